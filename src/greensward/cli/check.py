@@ -1,0 +1,57 @@
+"""`greensward check`."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+EXAMPLES = """\b
+Examples:
+  greensward check hill/scene.toml
+  greensward check meadow --json
+"""
+
+
+def check(
+    scene: Annotated[
+        str, typer.Argument(metavar="SCENE", help="A preset's name, a TOML file or its folder.")
+    ],
+    as_json: Annotated[bool, typer.Option("--json", help='Print {"ok": …, "errors": […]}.')] = False,
+) -> None:
+    """Tell all that is wrong with a scene and its files."""
+    from greensward.scene.errors import SceneError
+    from greensward.scene.load import load, named_files
+    from greensward.techniques import SETTINGS
+
+    problems: tuple[str, ...] = ()
+    try:
+        loaded = load(scene, technique_settings=SETTINGS, read_file=_read)
+    except SceneError as error:
+        if not as_json:
+            raise
+        problems = error.problems
+    if as_json:
+        print(json.dumps({"ok": not problems, "errors": problems}, indent=2))
+        raise typer.Exit(2 if problems else 0)
+    count = {0: "no files", 1: "1 file"}.get(files := len(named_files(loaded)), f"{files} files")
+    title = loaded.title or "untitled"
+    print(f"{scene}: is right: “{title}”, {loaded.ground.kind} ground, {len(loaded.grass)} species, {count}")
+
+
+def _read(key: str, path: Path, table: Mapping[str, Any]) -> None:
+    """Read a file that a scene names as drawing it would; raises `InputError`."""
+    from pydantic import ValidationError
+
+    from greensward.io.rasters import read_heights, read_rgba
+    from greensward.scene.ground import HeightMapGround
+
+    if key != "ground.file":
+        read_rgba(path)
+        return
+    try:
+        ground = HeightMapGround.model_validate(table)
+    except ValidationError:
+        return  # reported already; how to read the file is not known until that is mended
+    read_heights(path, ground.key, ground.height_m, ground.height_scale, ground.no_data)

@@ -1,0 +1,41 @@
+"""`greensward new`."""
+
+import contextlib
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+EXAMPLES = """\b
+Example:
+  greensward new hill
+"""
+
+
+def new(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that is new or empty.")],
+) -> None:
+    """Make a folder with a commented scene file to start from."""
+    from greensward.io.rasters import written_aside
+    from greensward.scene.errors import GreenswardError, InputError
+
+    scene = folder / "scene.toml"
+    try:
+        made = not folder.exists()
+        if not made and not folder.is_dir():
+            raise InputError(f"{folder}: is a file; name a folder that is new or empty")
+        if not made and any(folder.iterdir()):
+            raise InputError(f"{folder}: is not empty; name a folder that is new or empty")
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder}: cannot be made: {getattr(error, 'strerror', None) or error}") from None
+    try:
+        with written_aside(scene) as stream:
+            stream.write((files("greensward.scene") / "template.toml").read_bytes())
+    except GreenswardError:
+        if made:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        raise
+    print(f"Wrote {scene}. Change it, then: greensward render {scene} -o {folder.name or 'scene'}.png")

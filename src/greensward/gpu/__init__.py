@@ -1,0 +1,1 @@
+"""How we talk to OpenGL: context, programs, uniform blocks, timers, read-back. Knows no grass."""

@@ -1,0 +1,77 @@
+"""What a draw call looks from: a camera, or the sun for a shadow map."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from greensward.gpu.blocks import declare
+
+Matrix = npt.NDArray[np.float64]
+
+VIEW_BLOCK = declare(
+    "View",
+    0,
+    ("clip_from_world", "mat4"),
+    ("jittered_clip_from_world", "mat4"),
+    ("previous_clip_from_world", "mat4"),
+    ("eye_ws", "vec4"),  # perspective: xyz, 1. Parallel: the direction towards the viewer, 0
+    ("axis_ws", "vec4"),  # unit view axis, and its offset: depth = dot(axis, p) + w
+    ("camera_ws", "vec4"),  # where the picture is taken from, also while a shadow map is drawn; w is unused
+    ("size_px", "vec4"),  # width, height and their inverses
+    ("pixel_m", "vec2"),  # a pixel's size at depth d is x * d + y
+    ("time_s", "float"),
+    ("density", "float"),  # part of the blades to draw; the rest are widened
+)
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Matrices map column vectors; `purpose` tells a technique which attachments it draws into."""
+
+    purpose: Literal["picture", "shadow"]
+    clip_from_world: Matrix
+    eye_ws: npt.NDArray[np.float64]
+    axis_ws: npt.NDArray[np.float64]
+    camera_ws: npt.NDArray[np.float64]
+    size_px: tuple[int, int]
+    pixel_m: tuple[float, float]
+    density: float = 1.0
+
+    def planes_ws(self) -> Matrix:
+        """The six clip planes, rows (nx, ny, nz, d), inside where n·p + d ≥ 0 (Gribb & Hartmann 2001)."""
+        m = self.clip_from_world
+        return np.concatenate([m[3] + m[:3], m[3] - m[:3]])
+
+
+def look(position: npt.ArrayLike, target: npt.ArrayLike) -> Matrix:
+    """`view_from_world` of an eye at `position` looking at `target`, y up, −z forward."""
+    eye = np.asarray(position, np.float64)
+    forward = np.asarray(target, np.float64) - eye
+    forward /= np.linalg.norm(forward)
+    helper = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 0.999 else np.array([0.0, 0.0, -1.0])
+    right = np.cross(forward, helper)
+    right /= np.linalg.norm(right)
+    up = np.cross(right, forward)
+    matrix = np.eye(4)
+    matrix[:3, :3] = right, up, -forward
+    matrix[:3, 3] = -matrix[:3, :3] @ eye
+    return matrix
+
+
+def perspective(fov_y_deg: float, aspect: float, near: float, far: float) -> Matrix:
+    """`clip_from_view` of OpenGL's −1 to 1 clip space."""
+    f = 1.0 / np.tan(np.radians(fov_y_deg) / 2.0)
+    matrix = np.zeros((4, 4))
+    matrix[0, 0], matrix[1, 1] = f / aspect, f
+    matrix[2, 2:] = (far + near) / (near - far), 2.0 * far * near / (near - far)
+    matrix[3, 2] = -1.0
+    return matrix
+
+
+def orthographic(half_width: float, near: float, far: float) -> Matrix:
+    """`clip_from_view` of a square parallel view."""
+    matrix = np.diag([1.0 / half_width, 1.0 / half_width, -2.0 / (far - near), 1.0])
+    matrix[2, 3] = -(far + near) / (far - near)
+    return matrix

@@ -1,0 +1,5 @@
+"""What the grass stands on: one height raster for every kind of ground, sampled alike in Python and GLSL."""
+
+from greensward.ground.height_field import HeightField
+
+__all__ = ["HeightField"]

@@ -1,0 +1,31 @@
+// Height and normal of the ground; the twin of ground/height_field.py.
+#include "block/Ground"
+
+layout(binding = 0) uniform sampler2D groundHeights;
+
+float mirrored(float at, float last) { return last - abs(last - mod(at, 2.0 * last)); }
+
+float groundHeight(vec2 xz) {
+    vec2 last = ground.samples - 1.0;
+    vec2 at = (xz + 0.5 * ground.size_m) * ground.samples_per_m;
+    at = vec2(mirrored(at.x, last.x), mirrored(at.y, last.y));
+    vec2 corner = min(floor(at), last - 1.0);
+    vec2 f = at - corner;
+    ivec2 c = ivec2(corner);
+    float nw = texelFetch(groundHeights, c, 0).r, ne = texelFetch(groundHeights, c + ivec2(1, 0), 0).r;
+    float sw = texelFetch(groundHeights, c + ivec2(0, 1), 0).r, se = texelFetch(groundHeights, c + ivec2(1, 1), 0).r;
+    return mix(mix(nw, ne, f.x), mix(sw, se, f.x), f.y);
+}
+
+vec3 groundNormal(vec2 xz) {
+    vec2 cell = 1.0 / ground.samples_per_m;
+    float dx = groundHeight(xz + vec2(cell.x, 0.0)) - groundHeight(xz - vec2(cell.x, 0.0));
+    float dz = groundHeight(xz + vec2(0.0, cell.y)) - groundHeight(xz - vec2(0.0, cell.y));
+    return normalize(vec3(-dx * 0.5 * ground.samples_per_m.x, 1.0, -dz * 0.5 * ground.samples_per_m.y));
+}
+
+// Maps cover the ground exactly; beyond its edge they go on mirrored, like the heights.
+vec2 mapUv(vec2 xz) {
+    vec2 uv = xz / ground.size_m + 0.5;
+    return vec2(mirrored(uv.x, 1.0), mirrored(uv.y, 1.0));
+}

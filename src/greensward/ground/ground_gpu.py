@@ -1,0 +1,98 @@
+"""The ground's heights and pictures on the GPU, at the bindings that shaders expect."""
+
+import moderngl
+import numpy as np
+
+from greensward.gpu.blocks import BlockBuffer, declare
+from greensward.ground.height_field import HeightField
+from greensward.ground.soil import generated_soil
+from greensward.io.rasters import read_rgba
+from greensward.scene import InputError, Scene
+
+GROUND_BLOCK = declare(
+    "Ground",
+    1,
+    ("size_m", "vec2"),
+    ("samples", "vec2"),
+    ("samples_per_m", "vec2"),
+    ("soil_per_m", "float"),
+    ("beyond", "int"),
+    ("soil_mean", "vec4"),
+)
+HEIGHTS, SOIL, TERRAIN, DENSITY, VEGETATION = range(5)
+
+
+class GroundGpu:
+    """Textures of the ground and its maps. A map that the scene lacks is one neutral texel."""
+
+    def __init__(self, ctx: moderngl.Context, scene: Scene, heights: HeightField) -> None:
+        limit = ctx.info["GL_MAX_TEXTURE_SIZE"]
+        rows, columns = heights.heights.shape
+        if max(rows, columns) > limit:
+            raise InputError(
+                f"ground: a height map of {columns} × {rows} is beyond this driver's {limit} texels a side; scale it down"
+            )
+        self.heights = heights
+        self._textures: list[moderngl.Texture] = []
+        heights_texture = ctx.texture((columns, rows), 1, heights.heights.tobytes(), dtype="f4")
+        heights_texture.filter = moderngl.NEAREST, moderngl.NEAREST
+        self._textures.append(heights_texture)
+
+        ground, sowing = scene.ground, scene.sowing
+        soil = read_rgba(scene.resolve(ground.texture)) if ground.texture else generated_soil(scene.seed)
+        none = np.zeros((1, 1, 4), np.uint8)
+        full = np.array([[[255, 255, 255, 255]]], np.uint8)
+        self.mean_density = 1.0
+        for file, default, srgb in (
+            (None, soil, True),
+            (ground.terrain_map, none, True),
+            (sowing.density_map, full, False),
+            (sowing.vegetation_map, none, True),
+        ):
+            pixels = read_rgba(scene.resolve(file)) if file else default
+            self._textures.append(_texture(ctx, pixels, srgb))
+            if file and file == sowing.density_map:
+                self.mean_density = float(pixels[..., 0].mean() / 255.0)
+        self.has_terrain_map = ground.terrain_map is not None
+        mean = ((soil[..., :3] / 255.0) ** 2.2).mean(axis=(0, 1))
+        self._block = BlockBuffer(ctx, GROUND_BLOCK)
+        self._block.set(
+            size_m=ground.size_m,
+            samples=(columns, rows),
+            samples_per_m=(1.0 / heights.cell_m()[0], 1.0 / heights.cell_m()[1]),
+            soil_per_m=1.0 / ground.texture_m,
+            beyond=("mirror", "bare").index(ground.beyond),
+            soil_mean=(*mean, 0.0),
+        )
+
+    def bind(self) -> None:
+        """Bind heights, soil and maps to texture units 0 to 4 and the block."""
+        for unit, texture in enumerate(self._textures):
+            texture.use(unit)
+        self._block.bind()
+
+    @property
+    def nbytes(self) -> int:
+        """GPU memory of the textures in bytes, mipmaps not counted."""
+        return sum(t.width * t.height * 4 for t in self._textures)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for texture in self._textures:
+            texture.release()
+        self._block.release()
+
+
+def _texture(ctx: moderngl.Context, pixels: np.ndarray, srgb: bool) -> moderngl.Texture:  # type: ignore[type-arg]
+    gl_srgb8_alpha8 = 0x8C43
+    rows, columns, _ = pixels.shape
+    texture = ctx.texture(
+        (columns, rows),
+        4,
+        np.ascontiguousarray(pixels).tobytes(),
+        internal_format=gl_srgb8_alpha8 if srgb else 0x8058,
+    )
+    texture.build_mipmaps()
+    texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+    texture.anisotropy = 8.0
+    return texture

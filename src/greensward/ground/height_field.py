@@ -1,0 +1,106 @@
+"""Heights of the ground as a raster, the same for every kind: bilinear height and normal."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from greensward.ground.noise import octaves
+from greensward.io.rasters import read_heights
+from greensward.scene import HeightMapGround, NoiseGround, Scene
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class HeightField:
+    """Heights in metres, float32 (rows, columns); row 0 lies at the north edge, −size_z / 2.
+
+    The raster's corner samples lie on the corners of the ground. Beyond its edge the ground goes on mirrored.
+    """
+
+    heights: npt.NDArray[np.float32]
+    size_m: tuple[float, float]
+
+    @classmethod
+    def of(cls, scene: Scene) -> "HeightField":
+        """Read or compute the heights of a scene's ground."""
+        ground = scene.ground
+        if isinstance(ground, HeightMapGround):
+            heights = read_heights(
+                scene.resolve(ground.file), ground.key, ground.height_m, ground.height_scale, ground.no_data
+            )
+        elif isinstance(ground, NoiseGround):
+            heights = _noise(ground, scene.seed)
+        else:
+            heights = np.zeros((2, 2), np.float32)
+        return cls(heights, ground.size_m)
+
+    @property
+    def lowest_m(self) -> float:
+        """Lowest height."""
+        return float(self.heights.min())
+
+    @property
+    def highest_m(self) -> float:
+        """Greatest height."""
+        return float(self.heights.max())
+
+    def cell_m(self) -> tuple[float, float]:
+        """Distance between samples along x and z."""
+        rows, columns = self.heights.shape
+        return self.size_m[0] / (columns - 1), self.size_m[1] / (rows - 1)
+
+    def height(self, x: npt.ArrayLike, z: npt.ArrayLike) -> Array:
+        """Height in metres at the points (x, z), bilinear between samples; float64 of the broadcast shape."""
+        rows, columns = self.heights.shape
+        cell_x, cell_z = self.cell_m()
+        column = _mirror((np.asarray(x, np.float64) + 0.5 * self.size_m[0]) / cell_x, columns - 1)
+        row = _mirror((np.asarray(z, np.float64) + 0.5 * self.size_m[1]) / cell_z, rows - 1)
+        j = np.minimum(column.astype(np.int64), columns - 2)
+        i = np.minimum(row.astype(np.int64), rows - 2)
+        u, v = column - j, row - i
+        h = self.heights
+        north: Array = h[i, j] * (1.0 - u) + h[i, j + 1] * u
+        south: Array = h[i + 1, j] * (1.0 - u) + h[i + 1, j + 1] * u
+        result: Array = north * (1.0 - v) + south * v
+        return result
+
+    def normal(self, x: npt.ArrayLike, z: npt.ArrayLike) -> Array:
+        """Unit normal at the points, float64 (..., 3): central differences over one sample to each side."""
+        px, pz = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(z, np.float64))
+        cell_x, cell_z = self.cell_m()
+        slope_x = (self.height(px + cell_x, pz) - self.height(px - cell_x, pz)) / (2.0 * cell_x)
+        slope_z = (self.height(px, pz + cell_z) - self.height(px, pz - cell_z)) / (2.0 * cell_z)
+        normal = np.stack([-slope_x, np.ones_like(slope_x), -slope_z], axis=-1)
+        result: Array = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+        return result
+
+    def height_range(self, x0: Array, z0: Array, size_m: float) -> tuple[Array, Array]:
+        """Bounds of the height over squares with north-west corners (x0, z0): lowest and highest, float64 (n,)."""
+        cell = min(self.cell_m())
+        steps = int(np.clip(np.ceil(size_m / cell), 1, 8)) + 1
+        offset = np.linspace(0.0, size_m, steps)
+        grid = self.height(
+            x0[:, None, None] + offset[None, None, :], z0[:, None, None] + offset[None, :, None]
+        )
+        low, high = grid.min(axis=(1, 2)), grid.max(axis=(1, 2))
+        # what rises between the probes: the steepest slope seen, over half the distance between them
+        slack = np.abs(np.diff(grid, axis=2)).max(axis=(1, 2)) + np.abs(np.diff(grid, axis=1)).max(axis=(1, 2))
+        return low - slack, high + slack
+
+
+def _mirror(at: Array, last: int) -> Array:
+    """Fold a sample coordinate into 0..last, back and forth."""
+    return last - np.abs(last - np.mod(at, 2.0 * last))
+
+
+def _noise(ground: NoiseGround, seed: int) -> npt.NDArray[np.float32]:
+    """Octaves of simplex noise (Tillman 2013, section 2.1.1), float32 (rows, columns)."""
+    size_x, size_z = ground.size_m
+    per_metre = (ground.samples - 1) / max(size_x, size_z)
+    columns, rows = (max(2, round(size * per_metre) + 1) for size in (size_x, size_z))
+    x = np.linspace(-0.5 * size_x, 0.5 * size_x, columns)[None, :] / ground.wavelength_m
+    z = np.linspace(-0.5 * size_z, 0.5 * size_z, rows)[:, None] / ground.wavelength_m
+    noise = octaves(x, z, seed, ground.octaves, ground.gain, ground.lacunarity)
+    return (0.5 * ground.height_m * noise).astype(np.float32)

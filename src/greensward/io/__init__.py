@@ -1,0 +1,1 @@
+"""Pictures, height maps and ground truth, in and out."""

@@ -1,0 +1,43 @@
+// How a blade stands in the wind, in closed form: any instant can be drawn without those before it.
+#include "shaders/blade.glsl"
+#include "shaders/bezier.glsl"
+#include "motion/wind.glsl"
+
+const float MOST_LEAN = 1.25;         // radians, in a storm
+const float HALF_LEAN_MPS = 7.0;      // speed at which a blade of middling stiffness leans half of that
+
+// Lean against the wind saturates with dynamic pressure, as a bent blade gives the wind less to push.
+float leanAt(float speed_mps, float stiffness) {
+    float half_mps = HALF_LEAN_MPS * mix(0.45, 2.2, stiffness);
+    float pressure = speed_mps * speed_mps;
+    return MOST_LEAN * pressure / (pressure + half_mps * half_mps);
+}
+
+void standInWind(Blade b, float time_s, out vec3 v1, out vec3 v2) {
+    vec3 v0 = bladeRoot(b), up = bladeUp(b);
+    v1 = bladeControl(b);
+    v2 = bladeTip(b);
+    vec4 wind = windAt(v0, time_s);
+    float speed = length(wind.xyz);
+    if (speed < 1e-4) return;
+    vec3 downwind = wind.xyz / speed, crosswind = cross(up, downwind);
+
+    // each blade bobs at its own pace, short ones faster; the phase runs up the blade
+    float phase = 6.28318531 * bladeRandom(b);
+    float pace = (2.2 + 2.6 * fract(7.31 * bladeRandom(b))) * inversesqrt(max(b.height, 0.02));
+    float swing = pace * time_s + phase;
+    float flutter = wind.w * (1.0 - 0.7 * b.stiffness);
+    vec2 bob = flutter * vec2(sin(swing), sin(swing + 0.9));          // x at the middle, y at the tip
+    vec2 sway = 0.35 * flutter * vec2(sin(0.73 * swing + 1.3), sin(0.73 * swing + 2.2));
+
+    float tip = leanAt(max(speed + bob.y, 0.0), b.stiffness), middle = leanAt(max(speed + bob.x, 0.0), b.stiffness);
+    float swayTip = sway.y / (abs(sway.y) + 9.0), swayMiddle = sway.x / (abs(sway.x) + 9.0);
+    v2 += b.height * (sin(tip) * downwind - (1.0 - cos(tip)) * up * 0.8 + swayTip * crosswind);
+    v1 += 0.32 * b.height * (sin(middle) * downwind + swayMiddle * crosswind);
+
+    // never into the ground (Jahrmann & Wimmer 2017: v2 -= up * min(up . (v2 - v0), 0), with a little clearance)
+    float clearance = 0.06 * b.height;
+    v2 += up * max(clearance - dot(v2 - v0, up), 0.0);
+    v1 += up * max(clearance - dot(v1 - v0, up), 0.0);
+    keepLength(v0, v1, v2, b.height);
+}

@@ -1,0 +1,29 @@
+// Writes the posture of every blade that some view of this frame needs, now and one frame ago.
+#include "motion/posture.glsl"
+
+layout(local_size_x = 32) in;
+
+layout(std430, binding = 0) readonly buffer Blades { Blade blades[]; };
+layout(std430, binding = 1) writeonly buffer Postures { Posture postures[]; };
+layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
+
+uniform int chunkCount;
+uniform float timeNow;
+uniform float timePrevious;
+
+uint[3] posture(Blade b, float time_s) {
+    vec3 v1, v2;
+    standInWind(b, time_s, v1, v2);
+    return packPosture(v1 - bladeRoot(b), v2 - bladeRoot(b));
+}
+
+void main() {
+    uint chunk = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    if (chunk >= uint(chunkCount) || gl_LocalInvocationID.x >= chunks[chunk].y) return;
+    uint i = chunks[chunk].x + gl_LocalInvocationID.x;
+    Blade b = blades[i];
+    Posture p;
+    p.now = posture(b, timeNow);
+    p.previous = timePrevious == timeNow ? p.now : posture(b, timePrevious);
+    postures[i] = p;
+}

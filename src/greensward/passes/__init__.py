@@ -1,0 +1,1 @@
+"""The rest of the picture: ground, solids, heads, shadows, sky, lighting, post."""

@@ -1,0 +1,94 @@
+"""Sun, sky and air as one uniform block."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from greensward.gpu.blocks import declare
+from greensward.scene import Scene
+
+LIGHT_BLOCK = declare(
+    "Light",
+    5,
+    ("to_sun", "vec4"),
+    ("sun_outside", "vec4"),  # irradiance above the air
+    ("sun_here", "vec4"),  # irradiance at the ground, facing the sun
+    ("sky_mean", "vec4"),
+    ("sky_sh", "vec4", 9),
+    ("shadow_from_world", "mat4", 4),
+    ("shadow_texel_m", "vec4"),
+    ("world_from_clip", "mat4"),
+    ("eye_ws", "vec4"),
+    ("axis_ws", "vec4"),
+    ("haze", "float"),
+    ("clouds", "float"),
+    ("sky_strength", "float"),
+    ("cascades", "int"),
+    ("exposure", "float"),
+    ("saturation", "float"),
+    ("vignette", "float"),
+    ("filmic", "int"),
+    ("canopy_m", "float"),
+    ("sample_index", "int"),
+)
+_SUN = 20.0
+
+
+def to_sun(scene: Scene) -> npt.NDArray[np.float64]:
+    """Unit vector towards the sun; north is −z, east +x."""
+    azimuth, elevation = math.radians(scene.sun.azimuth_deg), math.radians(scene.sun.elevation_deg)
+    return np.array(
+        [math.cos(elevation) * math.sin(azimuth), math.sin(elevation), -math.cos(elevation) * math.cos(azimuth)]
+    )
+
+
+def light_values(scene: Scene) -> dict[str, object]:
+    """Members of the `Light` block that follow from the scene alone."""
+    sun, sky, post = scene.sun, scene.sky, scene.post
+    here = sun_at_ground(scene)
+    return {
+        "to_sun": (*to_sun(scene), 0.0),
+        "sun_outside": (*(np.array([1.0, 0.97, 0.93]) * _SUN * sun.strength), 0.0),
+        "sun_here": (*here, 0.0),
+        "haze": sky.haze,
+        "clouds": sky.clouds,
+        "sky_strength": sky.strength,
+        "saturation": post.saturation,
+        "vignette": post.vignette,
+        "filmic": int(post.tone_map == "filmic"),
+    }
+
+
+def sun_at_ground(scene: Scene) -> npt.NDArray[np.float64]:
+    """Irradiance (3,) of the sun at the ground, facing it; the twin of `sunThroughAir` in passes/sky/air.glsl."""
+    earth, air = 6360.0, 6460.0
+    direction = to_sun(scene)
+    p = np.array([0.0, earth + 0.3, 0.0])
+    b = float(p @ direction)
+    if b < 0.0 and b * b - p @ p + earth * earth > 0.0:
+        return np.zeros(3)
+    span = -b + math.sqrt(b * b - float(p @ p) + air * air)
+    along = (np.arange(64) + 0.5) / 64.0 * span
+    height = np.linalg.norm(p + along[:, None] * direction, axis=1) - earth
+    step = span / 64.0
+    rayleigh, mie = np.exp(-height / 8.0).sum() * step, np.exp(-height / 1.2).sum() * step
+    ozone = np.maximum(0.0, 1.0 - np.abs(height - 25.0) / 15.0).sum() * step
+    depth = (
+        np.array([5.802e-3, 13.558e-3, 33.1e-3]) * rayleigh
+        + 3.996e-3 * 1.11 * scene.sky.haze * mie
+        + np.array([0.650e-3, 1.881e-3, 0.085e-3]) * ozone
+    )
+    result: npt.NDArray[np.float64] = (
+        np.array([1.0, 0.97, 0.93]) * _SUN * scene.sun.strength * np.exp(-depth)
+    )
+    return result
+
+
+def exposure(scene: Scene, sky_irradiance_up: npt.NDArray[np.float64]) -> float:
+    """Scale that brings a fifth-grey horizontal surface under this sun and sky to a fifth of white."""
+    luminance = np.array([0.2126, 0.7152, 0.0722])
+    # a low sun still lights what stands upright
+    sun = float(sun_at_ground(scene) @ luminance) * max(math.sin(math.radians(scene.sun.elevation_deg)), 0.3)
+    total = sun + float(sky_irradiance_up @ luminance)
+    return math.pi / max(total, 1e-6) * 2.0**scene.post.exposure_ev

@@ -1,0 +1,77 @@
+"""Light for every pixel of the G-buffer, once, the same for every technique."""
+
+from collections.abc import Sequence
+
+import moderngl
+import numpy as np
+
+from greensward.gpu.blocks import BlockBuffer
+from greensward.gpu.pixel_pass import PixelPass, Shell
+from greensward.gpu.view import View
+from greensward.passes.gbuffer import GBuffer
+from greensward.passes.light import LIGHT_BLOCK, exposure, light_values
+from greensward.passes.shadows import ShadowMaps, shadow_from_world
+from greensward.passes.sky import SkyTable, sh_basis
+from greensward.scene import Scene
+
+
+class Lighting:
+    """Sun, sky, shadows and air over a G-buffer, into linear radiance."""
+
+    def __init__(
+        self, ctx: moderngl.Context, scene: Scene, size: tuple[int, int], canopy_m: float, shell: Shell | None
+    ) -> None:
+        self._ctx = ctx
+        self._pass = PixelPass(ctx, "passes/lighting/lighting.glsl", "f2", shell=shell)
+        self._sky = SkyTable(ctx, shell)
+        self._block = BlockBuffer(ctx, LIGHT_BLOCK)
+        self._block.set(**light_values(scene), canopy_m=canopy_m)  # type: ignore[arg-type]
+        harmonics = self._sky.fill(self._block)
+        up = _irradiance_up(harmonics)
+        self._block.set(
+            sky_sh=np.pad(harmonics, ((0, 0), (0, 1))),
+            sky_mean=(*(up / np.pi), 0.0),
+            exposure=exposure(scene, up),
+        )
+        self._radiance = ctx.texture(size, 4, dtype="f2")
+
+    def shade(
+        self, gbuffer: GBuffer, shadows: ShadowMaps, view: View, shadow_views: Sequence[View], sample: int
+    ) -> moderngl.Texture:
+        """Radiance of every pixel, RGBA half floats."""
+        matrices, texels = np.tile(np.eye(4), (4, 1, 1)), np.ones(4)
+        for i, shadow_view in enumerate(shadow_views):
+            matrices[i], texels[i] = shadow_from_world(shadow_view), shadow_view.pixel_m[1]
+        self._block.set(
+            shadow_from_world=matrices,
+            shadow_texel_m=texels,
+            cascades=len(shadow_views),
+            world_from_clip=np.linalg.inv(view.clip_from_world),
+            eye_ws=view.eye_ws,
+            axis_ws=view.axis_ws,
+            sample_index=sample,
+        )
+        self._block.bind()
+        self._sky.bind()
+        shadows.bind()
+        gbuffer.bind()
+        self._pass.run(self._radiance)
+        return self._radiance
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Light pictures of another size from now on."""
+        self._radiance.release()
+        self._radiance = self._ctx.texture(size, 4, dtype="f2")
+
+    def release(self) -> None:
+        """Free the GPU resources."""
+        for part in (self._pass, self._sky, self._block, self._radiance):
+            part.release()
+
+
+def _irradiance_up(harmonics: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    """Irradiance (3,) on a horizontal surface (Ramamoorthi & Hanrahan 2001, equation 7)."""
+    bands = np.array([np.pi, *[2.0 * np.pi / 3.0] * 3, *[np.pi / 4.0] * 5])
+    basis = sh_basis(np.array([0.0, 1.0, 0.0]))
+    result: np.ndarray = np.maximum((bands * basis) @ harmonics, 0.0)  # type: ignore[type-arg]
+    return result

@@ -1,0 +1,112 @@
+// Light for every pixel of the G-buffer, once, the same for every technique.
+#include "shaders/octahedral.glsl"
+#include "passes/sky/sky.glsl"
+#include "shaders/hash.glsl"
+
+layout(binding = 5) uniform sampler2DShadow shadow0;
+layout(binding = 6) uniform sampler2DShadow shadow1;
+layout(binding = 7) uniform sampler2DShadow shadow2;
+layout(binding = 8) uniform sampler2DShadow shadow3;
+layout(binding = 10) uniform sampler2D gColour;
+layout(binding = 11) uniform sampler2D gNormal;
+layout(binding = 13) uniform usampler2D gId;
+layout(binding = 14) uniform sampler2D gDepth;
+
+vec3 worldAt(ivec2 pixel, float depth_m, out vec3 ray) {
+    vec2 ndc = (vec2(pixel) + 0.5) / vec2(textureSize(gDepth, 0)) * 2.0 - 1.0;
+    vec4 far = light.world_from_clip * vec4(ndc, 1.0, 1.0);
+    ray = normalize(far.xyz / far.w - light.eye_ws.xyz);
+    return light.eye_ws.xyz + ray * (depth_m / dot(ray, light.axis_ws.xyz));
+}
+
+float tap(int cascade, vec3 at) {
+    switch (cascade) {
+        case 0: return texture(shadow0, at);
+        case 1: return texture(shadow1, at);
+        case 2: return texture(shadow2, at);
+        default: return texture(shadow3, at);
+    }
+}
+
+// Interleaved gradient noise (Jimenez 2014), another pattern each sample
+float ditherAt(ivec2 pixel) {
+    vec2 p = vec2(pixel) + 5.588238 * float(light.sample_index & 63);
+    return fract(52.9829189 * fract(dot(p, vec2(0.06711056, 0.00583715))));
+}
+
+// Sunlight that arrives, softened over a disk of texels turned per pixel
+float sunlit(vec3 p, vec3 normal, float turn) {
+    for (int i = 0; i < light.cascades; i++) {
+        float texel = light.shadow_texel_m[i];
+        vec3 lifted = p + normal * texel * 1.2 + light.to_sun.xyz * texel * 0.8;
+        vec3 at = (light.shadow_from_world[i] * vec4(lifted, 1.0)).xyz;
+        vec2 fromEdge = min(at.xy, 1.0 - at.xy);
+        if (min(fromEdge.x, fromEdge.y) < 0.01 || at.z > 1.0) continue;
+        float sum = 0.0;
+        float perTexel = 1.0 / float(textureSize(shadow0, 0).x);
+        for (int k = 0; k < 6; k++) {
+            float r = sqrt((float(k) + 0.5) / 6.0) * 1.8 * perTexel;
+            float angle = 2.39996323 * float(k) + 6.2831853 * turn;
+            sum += tap(i, vec3(at.xy + r * vec2(cos(angle), sin(angle)), at.z));
+        }
+        return sum / 6.0;
+    }
+    return 1.0;
+}
+
+// Irradiance from spherical harmonics of the sky (Ramamoorthi & Hanrahan 2001, equation 10; factors folded in)
+vec3 skyIrradiance(vec3 n) {
+    const float a0 = 3.141593, a1 = 2.094395, a2 = 0.785398;
+    vec3 e = a0 * 0.282095 * light.sky_sh[0].rgb;
+    e += a1 * 0.488603 * (n.y * light.sky_sh[1].rgb + n.z * light.sky_sh[2].rgb + n.x * light.sky_sh[3].rgb);
+    e += a2 * 1.092548 * (n.x * n.y * light.sky_sh[4].rgb + n.y * n.z * light.sky_sh[5].rgb + n.x * n.z * light.sky_sh[7].rgb);
+    e += a2 * (0.315392 * (3.0 * n.z * n.z - 1.0) * light.sky_sh[6].rgb + 0.546274 * (n.x * n.x - n.y * n.y) * light.sky_sh[8].rgb);
+    return max(e, 0.0);
+}
+
+// GGX with Schlick's Fresnel and Smith's visibility (Heitz 2014; approximation of Hammon 2017)
+float gloss(vec3 n, vec3 v, vec3 l, float roughness) {
+    vec3 h = normalize(v + l);
+    float nl = max(dot(n, l), 0.0), nv = abs(dot(n, v)) + 1e-4, nh = max(dot(n, h), 0.0), vh = max(dot(v, h), 0.0);
+    float a = roughness * roughness, aa = a * a;
+    float d = aa / (PI * pow(nh * nh * (aa - 1.0) + 1.0, 2.0));
+    float visible = 0.5 / mix(2.0 * nl * nv, nl + nv, a);
+    float f = 0.04 + 0.96 * pow(1.0 - vh, 5.0);
+    return min(d * visible * f, 8.0) * nl;
+}
+
+vec3 throughAir(vec3 colour, vec3 ray, float distance_m) {
+    // haze near the ground is what dims the distance; the table holds what it adds
+    vec3 loss = RAYLEIGH + vec3(mieScatter() * 1.11);
+    vec3 through = exp(-loss * distance_m * 1e-3);
+    vec3 level = normalize(vec3(ray.x, max(ray.y, 0.0) + 0.015, ray.z));
+    return colour * through + clearSky(level) * (1.0 - through);
+}
+
+vec4 shade(ivec2 pixel) {
+    float depth_m = texelFetch(gDepth, pixel, 0).r;
+    uint kind = texelFetch(gId, pixel, 0).r >> 27u;
+    vec3 ray;
+    vec3 p = worldAt(pixel, kind == 0u ? 1.0 : depth_m, ray);
+    if (kind == 0u) return vec4(skyRadiance(ray), 1.0);
+
+    vec4 c = texelFetch(gColour, pixel, 0), n4 = texelFetch(gNormal, pixel, 0);
+    vec3 albedo = c.rgb * c.rgb, n = octahedralDecode(n4.xy);
+    float transmittance = c.w, open = n4.z, roughness = n4.w;
+    vec3 toSun = light.to_sun.xyz, sun = light.sun_here.rgb;
+    float nl = dot(n, toSun);
+
+    float lit = sunlit(p, n, ditherAt(pixel));
+    // the map is coarser than a blade: deep in the sward less sun arrives than it tells
+    lit *= mix(0.35, 1.0, smoothstep(0.0, 0.75, open));
+
+    // what passes through a leaf is warmer and greener than what it reflects, and strongest against the light
+    vec3 through = transmittance * sqrt(albedo) * albedo * vec3(2.1, 2.25, 0.85);
+    float against = pow(max(dot(ray, toSun), 0.0), 4.0);
+    vec3 diffuse = albedo / PI * max(nl, 0.0) + through / PI * (max(-nl, 0.0) * (1.0 + 1.3 * against) + 0.18 * transmittance);
+    vec3 colour = sun * lit * (diffuse + gloss(n, -ray, toSun, roughness) * mix(0.35, 1.0, open));
+
+    vec3 sky = skyIrradiance(n);
+    colour += (albedo * sky + through * skyIrradiance(-n) * 0.7) / PI * open;
+    return vec4(throughAir(colour, ray, length(p - light.eye_ws.xyz)), 1.0);
+}

@@ -1,0 +1,86 @@
+"""Shadow maps of the sun: nested squares around the view, drawn by the same calls as the picture."""
+
+import math
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from greensward.gpu.view import View, look, orthographic
+from greensward.passes.light import to_sun
+from greensward.scene import Scene
+from greensward.world import World
+
+SHADOW_UNIT = 5
+MOST_CASCADES = 4
+_BIAS = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1.0]])
+
+
+class ShadowMaps:
+    """Depth from the sun in up to four cascades; none while the sun is down."""
+
+    def __init__(self, ctx: moderngl.Context, world: World) -> None:
+        self._world = world
+        scene, settings = world.scene, world.scene.shadows
+        self.count = settings.cascades if settings.enabled and scene.sun.elevation_deg > 0 else 0
+        self._maps: list[moderngl.Texture] = []
+        self.framebuffers: list[moderngl.Framebuffer] = []
+        for _ in range(max(self.count, 1)):
+            size = settings.size_px if self.count else 1
+            texture = ctx.depth_texture((size, size))
+            texture.compare_func = "<="
+            texture.filter = moderngl.LINEAR, moderngl.LINEAR
+            texture.repeat_x = texture.repeat_y = False
+            self._maps.append(texture)
+            self.framebuffers.append(ctx.framebuffer([], texture))
+
+    def views(self, camera: View) -> tuple[View, ...]:
+        """One parallel view per cascade, in whole texels so that still shadows stay still."""
+        scene = self._world.scene
+        nearest = scene.shadows.nearest_m
+        furthest = max(scene.shadows.furthest_m, nearest)
+        ratio = (furthest / nearest) ** (1.0 / max(self.count - 1, 1))
+        return tuple(self._view(scene, camera, nearest * ratio**i) for i in range(self.count))
+
+    def _view(self, scene: Scene, camera: View, radius_m: float) -> View:
+        size, sun = scene.shadows.size_px, to_sun(scene)
+        ahead = camera.axis_ws[:3] * np.array([1.0, 0.0, 1.0])
+        centre = camera.camera_ws + ahead * radius_m * 0.8
+        centre[1] = self._world.ground.heights.height(centre[0], centre[2])
+        rotation = look(sun, np.zeros(3))
+        rotation[:3, 3] = 0.0
+        texel = 2.0 * radius_m / size
+        in_light = rotation[:3, :3] @ centre
+        in_light[:2] = np.round(in_light[:2] / texel) * texel
+        # hills far outside the square may still shade it when the sun is low
+        relief = self._world.ground.heights.highest_m - self._world.ground.heights.lowest_m
+        depth = 2.0 * radius_m + (relief + 30.0) / max(math.sin(math.radians(scene.sun.elevation_deg)), 0.05)
+        shift = np.eye(4)
+        shift[:3, 3] = -in_light
+        clip_from_view = orthographic(radius_m, -depth, depth)
+        return View(
+            purpose="shadow",
+            clip_from_world=clip_from_view @ shift @ rotation,
+            eye_ws=np.array([*sun, 0.0]),
+            axis_ws=np.array([*(-sun), 0.0]),
+            camera_ws=camera.camera_ws,
+            size_px=(size, size),
+            pixel_m=(0.0, texel),
+            density=scene.shadows.density,
+        )
+
+    def bind(self) -> None:
+        """Bind to texture units 5 to 8; unused ones repeat the last map."""
+        for unit in range(MOST_CASCADES):
+            self._maps[min(unit, len(self._maps) - 1)].use(SHADOW_UNIT + unit)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for resource in (*self.framebuffers, *self._maps):
+            resource.release()
+
+
+def shadow_from_world(view: View) -> npt.NDArray[np.float64]:
+    """Matrix to texture coordinates and depth, all in 0..1."""
+    result: npt.NDArray[np.float64] = _BIAS @ view.clip_from_world
+    return result

@@ -1,0 +1,72 @@
+"""The ground's surface: nested square grids around the camera, each level twice as coarse, out to the horizon."""
+
+import math
+
+import moderngl
+import numpy as np
+
+from greensward.gpu.program import build
+from greensward.gpu.view import View
+from greensward.world import World
+
+_CELLS = 96  # per side of a level
+_FOLDER = "passes/terrain"
+
+
+class Terrain:
+    """Draws the ground with the colour of soil, maps, and of the sward where blades end."""
+
+    def __init__(self, ctx: moderngl.Context, world: World) -> None:
+        self._world = world
+        cell = min(world.ground.heights.cell_m())
+        self._spacing = min(max(2.0 ** math.floor(math.log2(cell)), 0.25), 1.0)
+        far = world.scene.camera.far_m
+        self._levels = max(1, math.ceil(math.log2(max(2.0 * far / (_CELLS * self._spacing), 1.0))) + 1)
+        if world.ground.heights.lowest_m == world.ground.heights.highest_m:
+            # a plane needs no nested grids, only one that reaches the horizon
+            self._spacing, self._levels = 2.0 * far / _CELLS, 1
+        vertices, indices, ring = _grid()
+        self._corners = ctx.buffer(vertices.tobytes())
+        self._full, self._ring = ctx.buffer(indices.tobytes()), ctx.buffer(ring.tobytes())
+        self._arrays = {}
+        for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1})):
+            program = build(ctx, f"{_FOLDER}/terrain.vert", f"{_FOLDER}/terrain.frag", defines=defines)
+            content = [(self._corners, "2f4", "corner")]
+            self._arrays[purpose] = (
+                ctx.vertex_array(program, content, self._full),
+                ctx.vertex_array(program, content, self._ring),
+            )
+
+    def draw(self, view: View) -> None:
+        """Draw all levels that lie within the view's reach."""
+        self._world.bind()
+        full, ring = self._arrays[view.purpose]
+        program = full.program
+        for level in range(self._levels):
+            spacing = self._spacing * 2.0**level
+            # even multiples keep coarse vertices on fine ones as the camera moves
+            origin = np.round(view.camera_ws[[0, 2]] / (2.0 * spacing)) * 2.0 * spacing
+            program["grid"] = (*origin, spacing, 0.0)
+            (ring if level else full).render(moderngl.TRIANGLES)
+
+    def release(self) -> None:
+        """Free the GPU resources."""
+        for arrays in self._arrays.values():
+            arrays[0].program.release()
+            for array in arrays:
+                array.release()
+        for buffer in (self._corners, self._full, self._ring):
+            buffer.release()
+
+
+def _grid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+    """Corners in cells from the middle, triangles of the whole square, and of it with the middle left out."""
+    side = np.arange(_CELLS + 1, dtype=np.float32) - _CELLS // 2
+    corners = np.stack(np.meshgrid(side, side, indexing="xy"), -1).reshape(-1, 2)
+    j, i = np.meshgrid(np.arange(_CELLS), np.arange(_CELLS), indexing="xy")
+    a = i * (_CELLS + 1) + j
+    quads = np.stack([a, a + _CELLS + 1, a + 1, a + 1, a + _CELLS + 1, a + _CELLS + 2], -1)
+    # two coarse cells lie under the edge of the finer level, so that no crack shows the sky
+    hole = _CELLS // 4 - 2
+    middle = (np.abs(j - _CELLS // 2 + 0.5) < hole) & (np.abs(i - _CELLS // 2 + 0.5) < hole)
+    return corners, quads.astype(np.uint32).ravel(), quads[~middle].astype(np.uint32).ravel()

@@ -1,0 +1,301 @@
+"""WHEN: the order of a frame, and the public way to draw one."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Self
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from greensward.gpu.blocks import BlockBuffer
+from greensward.gpu.context import driver_name, open_context
+from greensward.gpu.pixel_pass import Shell
+from greensward.gpu.state import kept_state
+from greensward.gpu.timers import PassTimers
+from greensward.gpu.view import VIEW_BLOCK, View, look
+from greensward.ground import HeightField
+from greensward.passes.gbuffer import GBuffer
+from greensward.passes.heads import Heads
+from greensward.passes.lighting import Lighting
+from greensward.passes.post import Post
+from greensward.passes.shadows import ShadowMaps
+from greensward.passes.solids import Solids
+from greensward.passes.terrain import Terrain
+from greensward.scene import Camera, InputError, Scene
+from greensward.techniques import SETTINGS, TECHNIQUES
+from greensward.truth import Truth, camera_record, read_truth
+from greensward.viewpoint import camera_view, jitter, place
+from greensward.world import Instant, World
+
+_FRAME_S = 1.0 / 30.0
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A picture and its ground truth."""
+
+    image: npt.NDArray[np.uint8]
+    """sRGB, (height, width, 3), top row first."""
+    truth: Truth = field(default_factory=dict)
+    """See `greensward.truth.read_truth`; with `camera`, a JSON string."""
+
+
+class Renderer:
+    """Draws one scene: to arrays with its own headless context, or into a framebuffer of the caller's.
+
+    `samples` jittered pictures are averaged for clean edges. `device` is `auto`, `cpu` or a number from
+    `greensward info`; with `ctx`, the caller's moderngl context (OpenGL 4.3 or newer) is used instead and
+    its state is kept. Raises `InputError` for what the scene asks and cannot be had.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        size: tuple[int, int] = (1280, 720),
+        samples: int = 1,
+        device: str = "auto",
+        ctx: moderngl.Context | None = None,
+        shell: Shell | None = None,
+    ) -> None:
+        self.scene = scene
+        self.seconds: dict[str, float] = {}
+        """Wall-clock seconds by stage so far."""
+        if samples < 1:
+            raise InputError(f"samples: must be at least 1 (got {samples})")
+        self.samples = samples
+        with self._stage("context"):
+            self._owned = open_context(device) if ctx is None else None
+            self.ctx = ctx if ctx is not None else self._owned
+            assert self.ctx is not None
+        self._check_size(size)
+        self.driver = driver_name(self.ctx)
+        self._technique_type = next(t for t in TECHNIQUES if t.name == scene.technique.name)
+        self.technique_name = self._technique_type.name
+        with self._stage("ground"):
+            heights = HeightField.of(scene)
+            place(scene.camera, heights)
+        with self._stage("shaders"), kept_state(self.ctx):
+            self._build(heights, size, shell)
+        self._previous: tuple[View, float] | None = None
+
+    def _build(self, heights: HeightField, size: tuple[int, int], shell: Shell | None) -> None:
+        ctx = self.ctx
+        self.size = size
+        self.timers = PassTimers(ctx)
+        self._view_blocks = [BlockBuffer(ctx, VIEW_BLOCK) for _ in range(5)]
+        self._world = World(ctx, self.scene, heights)
+        settings = SETTINGS[self.technique_name](**(self.scene.technique.model_extra or {}))
+        self._technique = self._technique_type(ctx, self._world, settings)
+        self._terrain, self._solids = Terrain(ctx, self._world), Solids(ctx, self._world)
+        self._heads = Heads(ctx, self._world)
+        self._shadows = ShadowMaps(ctx, self._world)
+        self._gbuffer = GBuffer(ctx, size)
+        self._lighting = Lighting(ctx, self.scene, size, self._world.field.canopy_m, shell)
+        self._post = Post(ctx, size, shell)
+
+    @property
+    def blades(self) -> int:
+        """Blades sown around the last camera."""
+        return self._world.field.count
+
+    def render(
+        self,
+        time_s: float = 0.0,
+        *,
+        camera: Camera | None = None,
+        aovs: Sequence[str] = (),
+        progress: Callable[[int, int], None] | None = None,
+    ) -> Frame:
+        """Draw the scene at an instant; `progress(done, total)` is called after each sample.
+
+        Motion is counted from the frame drawn before, or for the first from a thirtieth of a second earlier.
+        """
+        with kept_state(self.ctx):
+            camera = camera or self.scene.camera
+            truth = self._draw(time_s, camera, aovs, progress)
+            with self._stage("draw"):
+                image = self._post.read()
+        return Frame(image, truth)
+
+    def draw(
+        self, framebuffer: moderngl.Framebuffer, time_s: float = 0.0, *, camera: Camera | None = None
+    ) -> None:
+        """Draw the scene into a framebuffer of the caller's context, of any size, and keep the GL state.
+
+        What the framebuffer's depth buffer holds hides the scene, and the scene's depth is written to it,
+        as seen through `camera_matrices(camera)`.
+        """
+        with kept_state(self.ctx):
+            self.resize(framebuffer.size)
+            camera = camera or self.scene.camera
+            self._draw(time_s, camera, (), None)
+            view = camera_view(camera, self._world.ground.heights, self.size)
+            self._post.blit(framebuffer, self._gbuffer, camera, view)
+
+    def camera_matrices(
+        self, camera: Camera | None = None
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """`view_from_world` and `clip_from_view`, each (4, 4) for column vectors, of a camera at this size."""
+        camera = camera or self.scene.camera
+        view_from_world = look(*place(camera, self._world.ground.heights))
+        view = camera_view(camera, self._world.ground.heights, self.size)
+        return view_from_world, view.clip_from_world @ np.linalg.inv(view_from_world)
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Draw pictures of another size from now on."""
+        if size == self.size:
+            return
+        self._check_size(size)
+        with kept_state(self.ctx):
+            self._gbuffer.release()
+            self._gbuffer = GBuffer(self.ctx, size)
+            self._lighting.resize(size)
+            self._post.resize(size)
+        self.size = size
+        self._previous = None
+
+    def _draw(
+        self,
+        time_s: float,
+        camera: Camera,
+        aovs: Sequence[str],
+        progress: Callable[[int, int], None] | None,
+    ) -> Truth:
+        """The frame, top to bottom: sow, move, shadows, then for every sample surfaces, light and tone."""
+        if not np.isfinite(time_s):
+            raise InputError(f"time: must be a finite number of seconds (got {time_s})")
+        truth: Truth = {}
+        view = camera_view(camera, self._world.ground.heights, self.size)
+        previous_view, previous_s = self._previous or (view, time_s - _FRAME_S)
+        shadow_views = self._shadows.views(view)
+        instant = Instant(time_s, previous_s, (view, *shadow_views))
+        self.timers.start_frame()
+        with self._stage("sow"):
+            if self._world.follow(view.camera_ws):
+                self.ctx.finish()
+        with self._stage("draw"):
+            with self.timers.measure("move"):
+                self._world.move(instant)
+                self._technique.update(instant)
+            with self.timers.measure("shadows"):
+                for number, shadow_view in enumerate(shadow_views):
+                    self._shadows.framebuffers[number].clear(depth=1.0)
+                    self._surfaces(self._shadows.framebuffers[number], shadow_view, time_s, 1 + number)
+            for sample in range(self.samples):
+                self._gbuffer.clear()
+                self._surfaces(
+                    self._gbuffer.framebuffer, view, time_s, 0, previous_view, jitter(sample), timed=True
+                )
+                if sample == 0 and aovs:
+                    truth = read_truth(self._gbuffer, aovs)
+                with self.timers.measure("light"):
+                    light = self._lighting.shade(self._gbuffer, self._shadows, view, shadow_views, sample)
+                with self.timers.measure("post"):
+                    self._post.accumulate(light, sample)
+                if progress is not None:
+                    self.ctx.finish()
+                    progress(sample + 1, self.samples)
+            with self.timers.measure("post"):
+                self._post.encode()
+        if aovs:
+            view_from_world = look(*place(camera, self._world.ground.heights))
+            truth["camera"] = np.array(
+                camera_record(camera, view.clip_from_world, view_from_world, self.size)
+            )
+        self._previous = view, time_s
+        return truth
+
+    def _surfaces(
+        self,
+        target: moderngl.Framebuffer,
+        view: View,
+        time_s: float,
+        slot: int,
+        previous: View | None = None,
+        offset_px: tuple[float, float] = (0.0, 0.0),
+        timed: bool = False,
+    ) -> None:
+        """Everything that has a surface, unlit, from one view."""
+        shift = np.eye(4)
+        shift[:2, 3] = 2.0 * np.array(offset_px) / view.size_px
+        width, height = view.size_px
+        block = self._view_blocks[slot]
+        block.set(
+            clip_from_world=view.clip_from_world,
+            jittered_clip_from_world=shift @ view.clip_from_world,
+            previous_clip_from_world=(previous or view).clip_from_world,
+            eye_ws=view.eye_ws,
+            axis_ws=view.axis_ws,
+            camera_ws=(*view.camera_ws, 0.0),
+            size_px=(width, height, 1.0 / width, 1.0 / height),
+            pixel_m=view.pixel_m,
+            time_s=time_s,
+            density=view.density,
+        )
+        block.bind()
+        target.use()
+        self.ctx.enable_only(moderngl.DEPTH_TEST)
+        for name, draw in (
+            ("ground", self._terrain.draw),
+            ("objects", self._solids.draw),
+            ("grass", self._technique.draw),
+            ("heads", self._heads.draw),
+        ):
+            if timed:
+                with self.timers.measure(name):
+                    draw(view)
+            else:
+                draw(view)
+
+    def _check_size(self, size: tuple[int, int]) -> None:
+        assert self.ctx is not None
+        limit = min(*self.ctx.info["GL_MAX_VIEWPORT_DIMS"], self.ctx.info["GL_MAX_TEXTURE_SIZE"])
+        if not all(1 <= edge <= limit for edge in size):
+            raise InputError(f"size: must be 1 to {limit} pixels a side on this driver (got {size[0]}x{size[1]})")
+
+    def _stage(self, name: str) -> "_Stage":
+        return _Stage(self.seconds, name)
+
+    def release(self) -> None:
+        """Free every GPU resource, and the context if it is the renderer's own."""
+        with kept_state(self.ctx):
+            for part in (
+                self._technique,
+                self._heads,
+                self._solids,
+                self._terrain,
+                self._shadows,
+                self._gbuffer,
+                self._lighting,
+                self._post,
+                self._world,
+                *self._view_blocks,
+            ):
+                part.release()  # type: ignore[attr-defined]
+        if self._owned is not None:
+            self._owned.release()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
+
+
+class _Stage:
+    """Adds the wall-clock time of a `with` block to a stage's total."""
+
+    def __init__(self, seconds: dict[str, float], name: str) -> None:
+        self._seconds, self._name = seconds, name
+
+    def __enter__(self) -> None:
+        self._started = time.perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        self._seconds[self._name] = self._seconds.get(self._name, 0.0) + time.perf_counter() - self._started

@@ -1,0 +1,92 @@
+"""Species of grass and flowers: named starting points, each key of which a scene may override."""
+
+import tomllib
+from functools import cache
+from importlib.resources import files
+from typing import Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+from greensward.scene.base import Colour, Model, Number, Text, span
+
+Shape = Literal["quad", "triangle", "quadratic", "quadratic-3d", "minimum-width", "triangle-tip", "dandelion"]
+SHAPES: tuple[str, ...] = (
+    "quad",
+    "triangle",
+    "quadratic",
+    "quadratic-3d",
+    "minimum-width",
+    "triangle-tip",
+    "dandelion",
+)
+Head = Literal["none", "panicle", "spike", "daisy", "cup", "globe"]
+HEADS: tuple[str, ...] = ("none", "panicle", "spike", "daisy", "cup", "globe")
+
+
+@cache
+def species_table() -> dict[str, dict[str, Any]]:
+    """Named species and the keys that each sets, as in `scene/species.toml`."""
+    return tomllib.loads((files("greensward.scene") / "species.toml").read_text(encoding="utf-8"))
+
+
+class Grass(Model):
+    """One species: how tall, how wide, which shape and colour, and how much of the field it takes."""
+
+    species: Text = "meadow-grass"
+    """Named starting point; the keys below override it."""
+    share: Number = Field(1.0, ge=0, le=1e6)
+    """Part of the blades, relative to the other species."""
+    patchiness: Number = Field(0.4, ge=0, le=1)
+    """0 mixes the species evenly; 1 gathers it in drifts."""
+    height_m: span(0.001, 20.0) = (0.25, 0.6)  # type: ignore[valid-type]
+    """Length of a blade from root to tip, measured along it."""
+    width_m: span(0.0001, 2.0) = (0.003, 0.006)  # type: ignore[valid-type]
+    """Width at the widest."""
+    stiffness: span(0.0, 1.0) = (0.4, 0.8)  # type: ignore[valid-type]
+    """Resistance to wind: 0 follows it, 1 hardly moves."""
+    tilt_deg: span(0.0, 85.0) = (8.0, 40.0)  # type: ignore[valid-type]
+    """Lean of the line from root to tip."""
+    bend: span(0.0, 1.0) = (0.1, 0.5)  # type: ignore[valid-type]
+    """How far the blade arches out of that line."""
+    shape: Shape = "quadratic"
+    """Outline of the blade."""
+    root_colour: Colour = "#3d4f1e"
+    """sRGB at the root."""
+    tip_colour: Colour = "#7f9a3c"
+    """sRGB at the tip."""
+    dry_colour: Colour = "#b39a58"
+    """sRGB of a dry blade."""
+    dryness: span(0.0, 1.0) = (0.0, 0.35)  # type: ignore[valid-type]
+    """How dry blades are; it drifts over the field."""
+    transmittance: Number = Field(0.55, ge=0, le=1)
+    """Light that passes through the blade, relative to what it reflects."""
+    roughness: Number = Field(0.45, ge=0.05, le=1)
+    """Gloss: low is shiny."""
+    head: Head = "none"
+    """Flower or seed head at the tip."""
+    head_share: Number = Field(1.0, ge=0, le=1)
+    """Part of the blades that carry a head."""
+    head_size_m: span(0.001, 2.0) = (0.012, 0.018)  # type: ignore[valid-type]
+    """Length of a seed head, width of a flower."""
+    head_colour: Colour = "#e9e4d8"
+    """sRGB of petals or seeds."""
+    heart_colour: Colour = "#d8a520"
+    """sRGB of the middle of a flower."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _start_from_species(cls, values: Any) -> Any:
+        if not isinstance(values, dict):
+            return values
+        name = values.get("species", cls.model_fields["species"].default)
+        # An unknown name is refused below, by the field itself, so that the other keys are checked too.
+        return {**species_table().get(name, {}), **values} if isinstance(name, str) else values
+
+    @field_validator("species")
+    @classmethod
+    def _is_known(cls, name: str) -> str:
+        if name not in species_table():
+            expected = ", ".join(f"'{known}'" for known in species_table())
+            raise PydanticCustomError("unknown_species", "must be one of {expected}", {"expected": expected})
+        return name

@@ -1,0 +1,363 @@
+"""Scenes from TOML and back. A scene that cannot be drawn is refused with every problem at once."""
+
+import re
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import tomli_w
+from pydantic import BaseModel, ValidationError
+
+from greensward.scene.base import kind_of, models_in, names_a_file
+from greensward.scene.errors import InputError, SceneError
+from greensward.scene.grass import Grass, species_table
+from greensward.scene.problems import Loc, Models, did_you_mean, one_of, place_of, sentences, short
+from greensward.scene.scene import Scene
+
+_PRESETS = Path(str(files("greensward.scene") / "presets"))
+_LARGEST = 16 * 2**20
+_NUMBER = r"[^\s,:]+"
+_VIEW = re.compile(rf"({_NUMBER},{_NUMBER},{_NUMBER}):({_NUMBER},{_NUMBER},{_NUMBER})(?::({_NUMBER}))?")
+
+Settings: TypeAlias = Mapping[str, type[BaseModel]]
+ReadFile: TypeAlias = Callable[[str, Path, Mapping[str, Any]], None]
+
+
+def load(
+    source: str | Path,
+    *,
+    overrides: Mapping[str, Any] | Sequence[str] = (),
+    seed: int | None = None,
+    technique: str | None = None,
+    camera: str | None = None,
+    technique_settings: Settings | None = None,
+    read_file: ReadFile | None = None,
+) -> Scene:
+    """The scene of a preset's name, a TOML file, or a folder that holds `scene.toml`.
+
+    A preset's name wins over a file of that name: write `./meadow` for the file. `overrides` are
+    `key=value` strings as of `--set` (`wind.0.speed_mps=12`), or a mapping of such keys, whose values that
+    are not strings are taken as they are. `camera` is `x,y,z:tx,ty,tz[:fov]` or a TOML file with a `[camera]`
+    table. `technique_settings` maps each technique's name to the model of its settings; without it, the
+    technique and its settings are not checked. `read_file(key, path, table)` is called for every file that is
+    there, with the table that names it; the `InputError` that it raises is a problem of the scene.
+
+    Raises `SceneError`, which holds all problems, one sentence each.
+    """
+    table, folder, label = _read(source)
+    changes = _Changes(table, label)
+    if seed is not None:
+        changes.put(("seed",), seed, "--seed")
+    if technique is not None:
+        changes.choose_technique(technique)
+    if camera is not None:
+        changes.look_from(camera)
+    for key, value in _pairs(overrides, changes):
+        changes.put(key, value, "--set")
+    found = changes.problems + _file_problems(table, folder, changes.origin, read_file)
+    scene: Scene | None = None
+    try:
+        scene = Scene.model_validate(table)
+    except ValidationError as error:
+        found += sentences(error, Scene, changes.origin)
+    found += _technique_problems(table.get("technique", {}), technique_settings, changes)
+    if found or scene is None:
+        raise SceneError(dict.fromkeys(found))
+    return scene.in_folder(folder)
+
+
+def dump(scene: Scene) -> str:
+    """TOML that loads to an equal scene: every kind and species, and each key that is not its default.
+
+    The files it names stay relative to the scene's own folder.
+    """
+    text = tomli_w.dumps(_plain(scene))
+    # Short arrays of plain values read best on one line, as people write them.
+    return re.sub(
+        r"= \[\n((?:    [^\[\]{}\n]*,\n)+)\]",
+        lambda array: "= [" + ", ".join(item.strip()[:-1] for item in array[1].splitlines()) + "]",
+        text,
+    )
+
+
+def presets() -> dict[str, tuple[str, str]]:
+    """The title and the summary of every preset by name; the summary is the comment that opens its file."""
+    found = {}
+    for path in sorted(_PRESETS.glob("*.toml")):
+        text = path.read_text(encoding="utf-8")
+        opening = re.match(r"(?:#.*\n)*", text)
+        summary = " ".join(
+            line.lstrip("# ").rstrip() for line in (opening[0] if opening else "").splitlines()
+        )
+        found[path.stem] = (str(tomllib.loads(text).get("title", path.stem)), summary)
+    return found
+
+
+def named_files(scene: Scene) -> list[tuple[str, Path]]:
+    """The key, such as `sowing.density_map`, and the path of every file that the scene names."""
+    found = _files(scene.model_dump(), (Scene,), ())
+    return [(place_of(loc), scene.resolve(table[loc[-1]])) for loc, table in found]
+
+
+def missing_files(scene: Scene) -> list[str]:
+    """One sentence for each file that the scene names and that is not there. `load` has asked already."""
+    return _file_problems(scene.model_dump(), scene.resolve("."), lambda _: scene.title or "scene", None)
+
+
+# Reading ----------------------------------------------------------------------------------------------------
+
+
+def _read(source: str | Path) -> tuple[dict[str, Any], Path, str]:
+    """The table of a scene, the folder that its files are relative to, and what to call it."""
+    path = Path(source)
+    if source in presets():
+        path, label = _PRESETS / f"{source}.toml", str(source)
+    else:
+        try:
+            path = path / "scene.toml" if path.is_dir() else path
+            there = path.exists()
+        except (OSError, ValueError):
+            there = False
+        label = str(path)
+        if not there:
+            raise SceneError([_no_such_scene(source, path)])
+    return _parse(path, label), path.parent, label
+
+
+def _no_such_scene(source: str | Path, path: Path) -> str:
+    if path != Path(source):
+        return f"{source}: the folder holds no scene.toml; `greensward new` writes one to start from"
+    if path.suffix or {"/", "\\"} & set(str(source)):
+        return f"{short(str(source), False)}: no such file or folder"
+    names = presets()
+    cure = did_you_mean(str(source), names) or f"; presets are {', '.join(names)}"
+    return f"{short(str(source), False)}: no preset has this name and no file is there{cure}"
+
+
+def _parse(path: Path, label: str) -> dict[str, Any]:
+    """The tables of a TOML file."""
+    try:
+        if not path.is_file():
+            raise SceneError([f"{label}: is not a file"])
+        if path.stat().st_size > _LARGEST:
+            raise SceneError(
+                [f"{label}: is larger than a scene can be ({_LARGEST >> 20} MiB); is it a picture?"]
+            )
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except OSError as error:
+        raise SceneError([f"{label}: cannot be read: {error.strerror or error}"]) from None
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise SceneError([f"{label}: line {line}: is not UTF-8 text; a scene is a TOML file"]) from None
+    except RecursionError:
+        raise SceneError([f"{label}: is nested too deeply"]) from None
+    except ValueError as error:
+        place = re.fullmatch(r"(.*) \(at (line \d+, column \d+|end of document)\)", str(error), re.DOTALL)
+        what, where = (place[1], place[2]) if place else ("a number has too many digits", "TOML")
+        raise SceneError([f"{label}: {where}: {what[:1].lower()}{what[1:]}"]) from None
+
+
+# Changes from outside the file ------------------------------------------------------------------------------
+
+
+class _Changes:
+    """What the caller changes in a scene's table, and who is to blame for each key."""
+
+    def __init__(self, table: dict[str, Any], label: str) -> None:
+        self.table = table
+        self.problems: list[str] = []
+        self._origins: list[tuple[Loc, str]] = [((), label)]
+
+    def origin(self, loc: Loc) -> str:
+        """Where the value at `loc` was written: the scene file or an option."""
+        return next(
+            name
+            for at, name in reversed(self._origins)
+            if not at or at[: len(loc)] == loc or loc[: len(at)] == at
+        )
+
+    def put(self, loc: Loc, value: Any, origin: str) -> None:
+        """Set the value at `loc`; what lies on the way and is not in the file starts as its default."""
+        node: Any = self.table
+        models: Models = (Scene,)
+        for depth in range(len(loc)):
+            key: Any = loc[depth]
+            if isinstance(node, list) and (not str(key).isdecimal() or int(key) >= len(node)):
+                count = f"{len(node)} in all, counted from 0" if node else "it is empty"
+                return self._refuse(origin, loc[:depth], f"has no item {short(str(key), False)} ({count})")
+            if not isinstance(node, dict | list):
+                return self._refuse(origin, loc[:depth], f"holds a single value, so it has no key {key}")
+            key = int(key) if isinstance(node, list) else key
+            loc = (*loc[:depth], key, *loc[depth + 1 :])
+            if depth == len(loc) - 1:
+                node[key] = value
+                break
+            if isinstance(node, dict):
+                model = _chosen(models, node)
+                node.setdefault(key, _plain(_defaults(model, node).get(str(key), {}) if model else {}))
+                field = model.model_fields.get(str(key)) if model else None
+                models = models_in(field.annotation) if field else ()
+            node = node[key]
+        # A new kind brings its own rules: what breaks them is due to the change.
+        self._origins.append((loc[:-1] if loc[-1] == "kind" else loc, origin))
+        return None
+
+    def choose_technique(self, name: str) -> None:
+        """Draw with this technique; the settings of another one do not apply to it."""
+        written = self.table.get("technique")
+        if not isinstance(written, dict) or written.get("name", _technique_name()) != name:
+            self.table["technique"] = {}
+        self.put(("technique", "name"), name, "--technique")
+
+    def look_from(self, camera: str) -> None:
+        """Use the camera given as numbers or as a TOML file."""
+        if view := _VIEW.fullmatch(camera.strip()):
+            self.put(("camera", "position_m"), [_value(part) for part in view[1].split(",")], "--camera")
+            self.put(("camera", "target_m"), [_value(part) for part in view[2].split(",")], "--camera")
+            if view[3]:
+                self.put(("camera", "fov_y_deg"), _value(view[3]), "--camera")
+            return
+        try:
+            there = Path(camera).exists()
+        except (OSError, ValueError):
+            there = False
+        if not there:
+            self.problems.append(
+                "--camera: must be x,y,z:tx,ty,tz, optionally :fov, or a TOML file with a [camera] table"
+                f" (got {short(camera)})"
+            )
+            return
+        try:
+            table = _parse(Path(camera), camera)
+        except SceneError as error:
+            self.problems += error.problems
+            return
+        if "camera" in table:
+            self.put(("camera",), table["camera"], camera)
+        else:
+            self.problems.append(f"{camera}: has no [camera] table")
+
+    def _refuse(self, origin: str, loc: Loc, rule: str) -> None:
+        self.problems.append(f"{origin}: {place_of(loc)}: {rule}")
+
+
+def _pairs(overrides: Mapping[str, Any] | Sequence[str], changes: _Changes) -> Iterator[tuple[Loc, Any]]:
+    """Keys and values of overrides; `grass[1].share` and `grass.1.share` mean the same."""
+    pairs: Iterable[tuple[str, Any]]
+    if isinstance(overrides, Mapping):
+        pairs = overrides.items()
+    else:
+        pairs = (
+            (key, value if equals else None) for key, equals, value in (o.partition("=") for o in overrides)
+        )
+    for key, value in pairs:
+        loc = tuple(re.sub(r"\[(\d+)\]", r".\1", key.strip()).split("."))
+        if value is None or "" in loc:
+            changes.problems.append(
+                f"--set: must be key=value, such as wind.0.speed_mps=12 (got {short(key)})"
+            )
+        else:
+            yield loc, _value(value) if isinstance(value, str) else value
+
+
+def _value(text: str) -> Any:
+    """A value as TOML writes it; anything else is the text itself."""
+    try:
+        table = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return table["value"] if len(table) == 1 else text
+
+
+def _chosen(models: Models, node: Mapping[str, Any]) -> type[BaseModel] | None:
+    """The model of a table: the one that its `kind` names, or the first where it names none."""
+    if len(models) < 2:
+        return models[0] if models else None
+    return next((model for model in models if node.get("kind", kind_of(models[0])) == kind_of(model)), None)
+
+
+def _technique_name() -> str:
+    return Scene().technique.name
+
+
+# Defaults ---------------------------------------------------------------------------------------------------
+
+
+def _defaults(model: type[BaseModel], given: Mapping[str, Any]) -> dict[str, Any]:
+    """What the keys of a table are when they are left out; for grass that depends on its species."""
+    if model is Grass and isinstance(species := given.get("species", ""), str) and species in species_table():
+        return dict(Grass(species=species))
+    return {name: field.default for name, field in model.model_fields.items() if not field.is_required()}
+
+
+def _plain(value: Any) -> Any:
+    """A model or a value as TOML holds it, without what goes without saying."""
+    if isinstance(value, BaseModel):
+        held = {**dict(value), **(value.model_extra or {})}
+        usual = _defaults(type(value), held)
+        return {
+            key: _plain(item)
+            for key, item in held.items()
+            if item is not None
+            and (key in ("kind", "species", "name") or key not in usual or item != usual[key])
+        }
+    return [_plain(item) for item in value] if isinstance(value, tuple | list) else value
+
+
+# Files ------------------------------------------------------------------------------------------------------
+
+
+def _files(node: Any, models: Models, loc: Loc) -> Iterator[tuple[Loc, dict[Any, Any]]]:
+    """Every key under `node` that names a file, and the table that holds it; `node` need not be valid."""
+    if isinstance(node, list | tuple):
+        for index, item in enumerate(node):
+            yield from _files(item, models, (*loc, index))
+    elif isinstance(node, dict) and (model := _chosen(models, node)):
+        for key, field in model.model_fields.items():
+            if not names_a_file(field):
+                yield from _files(node.get(key), models_in(field.annotation), (*loc, key))
+            elif isinstance(node.get(key), str) and node[key]:
+                yield (*loc, key), node
+
+
+def _file_problems(
+    scene: dict[str, Any], folder: Path, origin: Callable[[Loc], str], read_file: ReadFile | None
+) -> list[str]:
+    """One sentence for each file that is named and not there, or that cannot be read."""
+    found = []
+    for loc, table in _files(scene, (Scene,), ()):
+        name = table[loc[-1]]
+        try:
+            path = folder / Path(name).expanduser()
+            if not path.exists():
+                raise InputError(f"no such file: {short(str(path), False)}")
+            if not path.is_file():
+                raise InputError(f"is not a file: {short(str(path), False)}")
+            if read_file:
+                read_file(place_of(loc), path, table)
+        except InputError as error:
+            found.append(f"{origin(loc)}: {place_of(loc)}: {error}")
+        except (OSError, ValueError, RuntimeError):
+            found.append(f"{origin(loc)}: {place_of(loc)}: cannot be a file's name (got {short(name)})")
+    return found
+
+
+# The technique's settings -----------------------------------------------------------------------------------
+
+
+def _technique_problems(choice: Any, settings: Settings | None, changes: _Changes) -> list[str]:
+    """What is wrong with the technique's name or settings; a table of another type is reported elsewhere."""
+    if settings is None or not isinstance(choice, dict):
+        return []
+    name = choice.get("name", _technique_name())
+    if not isinstance(name, str):
+        return []
+    if name not in settings:
+        return [f"{changes.origin(('technique', 'name'))}: technique.name: {one_of(name, settings)}"]
+    try:
+        settings[name].model_validate({key: value for key, value in choice.items() if key != "name"})
+    except ValidationError as error:
+        return sentences(error, settings[name], changes.origin, ("technique",))
+    return []

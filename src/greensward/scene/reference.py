@@ -1,0 +1,144 @@
+"""The reference page of scene files, generated from the models: nothing on it is written twice."""
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic_core import PydanticUndefined
+
+from greensward.scene.base import kind_of, models_in, names_a_file
+from greensward.scene.grass import Grass, species_table
+from greensward.scene.scene import Scene
+
+_UNITS = {
+    "per_m2": "per m²",
+    "m2": "m²",
+    "m": "m",
+    "deg": "°",
+    "mps": "m/s",
+    "px": "pixels",
+    "ev": "stops",
+    "hz": "Hz",
+    "s": "s",
+}
+_WORDS = {float: "number", int: "whole number", str: "text", bool: "true or false"}
+
+
+def reference(technique_settings: Mapping[str, type[BaseModel]]) -> str:
+    """The page as Markdown. `technique_settings` maps each technique's name to the model of its settings."""
+    parts = [
+        "# Scene files",
+        "<!-- Generated from the models in src/greensward/scene; do not edit. -->",
+        "A scene is a TOML file. Every key may be left out unless it is *required*. Distances, angles and "
+        "rates carry their unit in the key; names of files are relative to the scene file; x points east, "
+        "y up and z south. A pair of numbers that blades vary over is `[low, high]`; a colour is sRGB, such "
+        'as `"#7d9a45"`. `greensward check SCENE` tells everything that is wrong with a scene, and '
+        "`--set key=value` changes one key: `--set wind.0.speed_mps=12`.",
+        "## The scene itself",
+        _table(Scene),
+    ]
+    for name, field in Scene.model_fields.items():
+        listed = get_origin(field.annotation) is tuple
+        for model in models_in(field.annotation):
+            parts += _section(name, model, listed, len(models_in(field.annotation)) > 1)
+            if model is Grass:
+                parts += _species()
+        if name == "technique":
+            for technique, settings in technique_settings.items():
+                heading = f'### `[technique]` with `name = "{technique}"`'
+                parts += [
+                    heading,
+                    _help(settings),
+                    _table(settings) if settings.model_fields else "It has no settings.",
+                ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _section(name: str, model: type[BaseModel], listed: bool, choice: bool) -> list[str]:
+    title = f"`[[{name}]]`" if listed else f"`[{name}]`"
+    if choice:
+        title += f' with `kind = "{kind_of(model)}"`'
+    repeated = [f"Repeat the table for more. {Scene.model_fields[name].description}"] if listed else []
+    return [f"## {title}", _help(model), *repeated, _table(model)]
+
+
+def _help(model: type[BaseModel]) -> str:
+    return " ".join((model.__doc__ or "").split())
+
+
+def _species() -> list[str]:
+    """What each named species sets; the rest are the defaults above."""
+    common = ("height_m", "width_m", "shape", "root_colour", "tip_colour", "head")
+    rows = []
+    for name in species_table():
+        grass = Grass(species=name)
+        cells = [_shown(getattr(grass, key)) for key in common]
+        rows.append(f"| `{name}` | " + " | ".join(cells) + " |")
+    header = "| species | " + " | ".join(f"`{key}`" for key in common) + " |\n|" + "---|" * (len(common) + 1)
+    text = "Each species also sets its own stiffness, tilt, bend and dryness; a scene may override every key."
+    return ["### Species", text, header + "\n" + "\n".join(rows)]
+
+
+def _table(model: type[BaseModel]) -> str:
+    rows = ["| key | type | default | range | unit | meaning |", "|---|---|---|---|---|---|"]
+    schemas = model.model_json_schema()["properties"]
+    for name, field in model.model_fields.items():
+        if model is Scene and models_in(field.annotation):
+            continue
+        cells = [
+            f"`{name}`",
+            "file" if names_a_file(field) else "colour" if "colour" in name else _type(field.annotation),
+            "*required*" if field.default is PydanticUndefined else _shown(field.default),
+            _range(schemas[name]),
+            _unit(name),
+            " ".join((field.description or "").split()) or ("What it is." if name == "kind" else ""),
+        ]
+        rows.append("| " + " | ".join(cells) + " |")
+    return "\n".join(rows)
+
+
+def _type(annotation: Any) -> str:
+    parts = [part for part in get_args(annotation) if part is not type(None)]
+    if get_origin(annotation) is Annotated:
+        return _type(parts[0])
+    if get_origin(annotation) is Literal:
+        return (
+            " or ".join(f'`"{word}"`' for word in parts)
+            if len(parts) == 1
+            else "one of " + ", ".join(f"`{word}`" for word in parts)
+        )
+    if get_origin(annotation) is tuple:
+        inner = _type(parts[0])
+        return f"list of {inner}s" if Ellipsis in parts else f"{len(parts)} {inner}s"
+    return _WORDS.get(annotation) or " or ".join(_type(part) for part in parts)
+
+
+def _shown(value: Any) -> str:
+    """A default as the scene file would hold it."""
+    if value is None:
+        return "none"
+    if isinstance(value, BaseModel) or (
+        isinstance(value, tuple) and value and isinstance(value[0], BaseModel)
+    ):
+        return ""
+    return f"`{_toml(value)}`"
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(_toml(item) for item in value)}]"
+    return json.dumps(value) if isinstance(value, str | bool) else f"{value:g}"
+
+
+def _range(schema: Mapping[str, Any]) -> str:
+    """The limits of a number, or of each number of a list: `0 to 1`, `above 0`."""
+    inner = schema.get("anyOf", [schema])[0]
+    inner = inner.get("prefixItems", [inner])[0]
+    words = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "exclusiveMaximum": "below"}
+    return " ".join(f"{word} {inner[name]:.10g}" for name, word in words.items() if name in inner)
+
+
+def _unit(key: str) -> str:
+    return next((unit for ending, unit in _UNITS.items() if re.search(f"_{ending}$", key)), "")

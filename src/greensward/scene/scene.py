@@ -1,0 +1,62 @@
+"""The scene: everything that is drawn, frozen and typed, with no GPU in sight."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, PrivateAttr, model_validator
+
+from greensward.scene.base import Count, Model, Text
+from greensward.scene.field import Gusts, Shadows, Solid, Sowing, TechniqueChoice, Wind
+from greensward.scene.grass import Grass
+from greensward.scene.ground import FlatGround, Ground
+from greensward.scene.light import Camera, Post, Sky, Sun
+
+
+class Scene(Model):
+    """What is drawn. Load one with `greensward.load`, or build it from these parts."""
+
+    title: Text = ""
+    """A name for people."""
+    seed: Count = Field(1, ge=0, le=2**32 - 1)
+    """All randomness follows from it."""
+    ground: Ground = FlatGround()
+    """What the grass stands on."""
+    grass: tuple[Grass, ...] = Field((Grass(),), max_length=16)
+    """Species, mixed by share."""
+    sowing: Sowing = Sowing()
+    """Where blades grow."""
+    wind: tuple[Wind, ...] = Field((Gusts(),), max_length=8)
+    """Winds; they add up."""
+    object: Annotated[tuple[Solid, ...], Field(max_length=1000)] = ()
+    """Plain solids in the grass."""
+    sun: Sun = Sun()
+    """Where the sun stands."""
+    sky: Sky = Sky()
+    """The air."""
+    shadows: Shadows = Shadows()
+    """Shadow maps."""
+    camera: Camera = Camera()
+    """Where it is seen from."""
+    technique: TechniqueChoice = TechniqueChoice()
+    """How the grass is drawn."""
+    post: Post = Post()
+    """From light to picture."""
+
+    _folder: Path = PrivateAttr(default=Path())
+
+    @model_validator(mode="before")
+    @classmethod
+    def _kinds_may_be_left_out(cls, values: Any) -> Any:
+        if isinstance(values, dict) and isinstance(values.get("ground"), dict):
+            return {**values, "ground": {"kind": "flat", **values["ground"]}}
+        return values
+
+    def resolve(self, file: str) -> Path:
+        """The path of a file that the scene names, relative to the scene file's folder."""
+        return self._folder / Path(file).expanduser()
+
+    def in_folder(self, folder: Path) -> "Scene":
+        """The same scene with its files looked for in `folder`."""
+        copy = self.model_copy()
+        copy._folder = folder
+        return copy

@@ -1,0 +1,46 @@
+// One blade in 64 bytes, and its posture in the wind in 24.
+#include "shaders/octahedral.glsl"
+
+struct Blade {
+    float x, y, z;         // root, metres
+    float facing;          // radians about up
+    float x1, y1, z1;      // control point at rest
+    float height;          // length along the curve, metres
+    float x2, y2, z2;      // tip at rest
+    float width;           // metres
+    uint up;               // octahedral, snorm 2 x 16
+    float stiffness;       // 0 follows the wind, 1 hardly moves
+    uint look;             // species 0-3, head 4, low detail 5, dryness 8-15, tint 16-23
+    uint chance;           // square root of the rank within its tile 0-15, random 16-31
+};
+
+// Control point and tip relative to the root as six halfs, now and one frame ago
+struct Posture { uint now[3]; uint previous[3]; };
+
+vec3 bladeRoot(Blade b) { return vec3(b.x, b.y, b.z); }
+vec3 bladeControl(Blade b) { return vec3(b.x1, b.y1, b.z1); }
+vec3 bladeTip(Blade b) { return vec3(b.x2, b.y2, b.z2); }
+vec3 bladeUp(Blade b) { return octahedralDecode(unpackSnorm2x16(b.up)); }
+int bladeSpecies(Blade b) { return int(b.look & 15u); }
+float bladeDryness(Blade b) { return unpackUnorm4x8(b.look).y; }
+float bladeTint(Blade b) { return unpackUnorm4x8(b.look).z; }
+float bladeRank(Blade b) { float root = unpackUnorm2x16(b.chance).x; return root * root; }
+float bladeRandom(Blade b) { return unpackUnorm2x16(b.chance).y; }
+
+uint[3] packPosture(vec3 control, vec3 tip) {
+    return uint[3](packHalf2x16(control.xy), packHalf2x16(vec2(control.z, tip.x)), packHalf2x16(tip.yz));
+}
+
+void unpackPosture(uint[3] bits, vec3 root, out vec3 control, out vec3 tip) {
+    vec2 a = unpackHalf2x16(bits[0]), b = unpackHalf2x16(bits[1]), c = unpackHalf2x16(bits[2]);
+    control = root + vec3(a, b.x);
+    tip = root + vec3(b.y, c);
+}
+
+// Front and side of a blade that faces `facing` about `up`
+void bladeFrame(vec3 up, float facing, out vec3 front, out vec3 side) {
+    vec3 helper = abs(up.x) < 0.9 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 0.0, 1.0);
+    vec3 e1 = normalize(cross(helper, up)), e2 = cross(up, e1);
+    front = cos(facing) * e1 + sin(facing) * e2;
+    side = cross(up, front);
+}

@@ -1,0 +1,5 @@
+"""WHERE blades grow: the sward that a scene describes, sown on the GPU into a Field of blades."""
+
+from greensward.sowing.field import Field, Page
+
+__all__ = ["Field", "Page"]

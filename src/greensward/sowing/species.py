@@ -1,0 +1,77 @@
+"""The scene's species and drifts as one uniform block."""
+
+import math
+
+import numpy as np
+
+from greensward.gpu.blocks import declare
+from greensward.scene import Grass, Scene
+from greensward.scene.base import linear
+from greensward.scene.grass import HEADS, SHAPES
+
+MOST_SPECIES = 16
+ROWS = 9
+
+SWARD_BLOCK = declare(
+    "Sward",
+    2,
+    ("species", "vec4", MOST_SPECIES * ROWS),  # rows in the order of `_rows`
+    ("count", "int"),
+    ("seed", "uint"),
+    ("density_per_m2", "float"),
+    ("min_normal_y", "float"),
+    ("clump_m", "float"),
+    ("clumping", "float"),
+    ("drift_m", "float"),
+    ("drift", "float"),
+    ("full_density_m", "float"),
+    ("reach_m", "float"),
+    ("canopy_m", "float"),
+    ("leaf_m", "float"),
+)
+
+
+def _rows(grass: Grass) -> list[tuple[float, ...]]:
+    tilt = tuple(math.radians(angle) for angle in grass.tilt_deg)
+    size_low, size_high = grass.head_size_m
+    return [
+        (grass.share, grass.patchiness, SHAPES.index(grass.shape), HEADS.index(grass.head)),
+        (*grass.height_m, *grass.width_m),
+        (*grass.stiffness, *tilt),
+        (*grass.bend, *grass.dryness),
+        (*linear(grass.root_colour), grass.transmittance),
+        (*linear(grass.tip_colour), grass.roughness),
+        (*linear(grass.dry_colour), grass.head_share if grass.head != "none" else 0.0),
+        (*linear(grass.head_colour), size_low),
+        (*linear(grass.heart_colour), size_high),
+    ]
+
+
+def leaf_edge_m(density_per_m2: float) -> float:
+    """Edge of the smallest tile, a power of two in metres, for one to four thousand blades."""
+    return float(2.0 ** math.floor(math.log2(math.sqrt(4000.0 / max(density_per_m2, 1e-3)))))
+
+
+def sward_values(scene: Scene) -> dict[str, object]:
+    """Members of the `Sward` block for a scene."""
+    sowing = scene.sowing
+    table = np.zeros((MOST_SPECIES * ROWS, 4), np.float32)
+    for i, grass in enumerate(scene.grass):
+        table[i * ROWS : (i + 1) * ROWS] = _rows(grass)
+    shares = np.array([grass.share for grass in scene.grass] or [0.0])
+    heights = np.array([sum(grass.height_m) / 2.0 for grass in scene.grass] or [0.0])
+    return {
+        "species": table,
+        "count": len(scene.grass) if shares.sum() > 0 else 0,
+        "seed": scene.seed,
+        "density_per_m2": sowing.density_per_m2,
+        "min_normal_y": math.cos(math.radians(sowing.max_slope_deg)),
+        "clump_m": sowing.clump_m,
+        "clumping": sowing.clumping,
+        "drift_m": sowing.drift_m,
+        "drift": sowing.drift,
+        "full_density_m": sowing.full_density_m,
+        "reach_m": sowing.reach_m,
+        "canopy_m": float((shares * heights).sum() / max(shares.sum(), 1e-9)) * 0.8,
+        "leaf_m": leaf_edge_m(sowing.density_per_m2),
+    }

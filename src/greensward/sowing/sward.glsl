@@ -1,0 +1,64 @@
+// The sward as a function of place: how dense, how tall, how dry, of which species and of what mean colour.
+// Sowing draws blades from it; the ground takes its colour where blades end.
+#include "shaders/noise.glsl"
+#include "ground/ground.glsl"
+#include "block/Sward"
+
+layout(binding = 3) uniform sampler2D densityMap;
+layout(binding = 4) uniform sampler2D vegetationMap;
+
+const int SPECIES_ROWS = 9;
+const int MIX = 0, SIZE = 1, POSTURE = 2, HABIT = 3, ROOT = 4, TIP = 5, DRY = 6, HEAD = 7, HEART = 8;
+
+vec4 species(int index, int row) { return sward.species[index * SPECIES_ROWS + row]; }
+
+struct Sward {
+    float density;  // 0 to 1
+    float height;   // factor
+    float dryness;  // 0 to 1, where in its species' range
+};
+
+float driftAt(vec2 xz, uint salt) { return octaves(xz / sward.drift_m, sward.seed + salt, 3, 0.6, 2.7); }
+
+Sward swardAt(vec2 xz) {
+    vec4 map = textureLod(densityMap, mapUv(xz), 0.0);
+    float dense = driftAt(xz, 7u), tall = driftAt(xz, 1013u), dry = driftAt(xz * 0.6, 2027u);
+    Sward s;
+    s.density = map.r * clamp(1.0 - sward.drift * (0.25 - 0.6 * dense), 0.0, 1.0);
+    s.height = map.b * (1.0 + 0.45 * sward.drift * tall);
+    s.dryness = clamp(0.5 + 0.9 * sward.drift * (dry + 0.3 * dense), 0.0, 1.0);
+    bool outside = any(greaterThan(abs(xz), 0.5 * ground.size_m));
+    if (ground.beyond == 1 && outside) s.density = 0.0;
+    return s;
+}
+
+// Fewer blades grow towards the steepest slope that bears any
+float slopeShare(float normalY) { return clamp((normalY - sward.min_normal_y) / 0.04, 0.0, 1.0); }
+
+float speciesWeight(int index, vec2 xz) {
+    vec4 row = species(index, MIX);
+    return row.x * exp(5.0 * row.y * driftAt(xz, 4001u + 331u * uint(index)));
+}
+
+// Cover-weighted mean colour of the upper blades, their transmittance in w
+vec4 swardColour(vec2 xz, Sward s) {
+    vec4 sum = vec4(0.0);
+    float total = 1e-6;
+    for (int i = 0; i < sward.count; i++) {
+        vec4 size = species(i, SIZE), root = species(i, ROOT);
+        float cover = speciesWeight(i, xz) * (size.x + size.y) * (size.z + size.w);
+        float dry = mix(species(i, HABIT).z, species(i, HABIT).w, s.dryness);
+        vec3 green = mix(root.rgb, species(i, TIP).rgb, 0.7);
+        sum += cover * vec4(mix(green, species(i, DRY).rgb, dry), root.w);
+        total += cover;
+    }
+    vec4 map = textureLod(vegetationMap, mapUv(xz), 0.0);
+    sum /= total;
+    return vec4(mix(sum.rgb, map.rgb, map.a), sum.w);
+}
+
+// Part of the blades kept at this distance; the rest are made up for by wider ones.
+float keptShare(float distance_m) {
+    float ratio = sward.full_density_m / max(distance_m, 1e-3);
+    return min(1.0, ratio * ratio);
+}

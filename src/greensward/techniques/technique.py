@@ -1,0 +1,32 @@
+"""The contract that every technique keeps."""
+
+from typing import ClassVar, Protocol
+
+import moderngl
+from pydantic import BaseModel
+
+from greensward.gpu.view import View
+from greensward.world import Instant, World
+
+
+class Technique(Protocol):
+    """One way of drawing a field of grass into the G-buffer."""
+
+    name: ClassVar[str]
+    """What a scene file and the command line call it; also the folder and the docs page."""
+    source: ClassVar[str]
+    """Author, year, title."""
+    Settings: ClassVar[type[BaseModel]]
+    """This technique's own parameters: a frozen model."""
+
+    def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
+        """Build every GPU resource."""
+
+    def update(self, instant: Instant) -> None:
+        """Compute work for this instant; most techniques have none."""
+
+    def draw(self, view: View) -> None:
+        """Draw calls into the bound framebuffer; no GL state is left changed."""
+
+    def release(self) -> None:
+        """Free every GPU resource."""

@@ -1,0 +1,280 @@
+"""The commands, with a renderer that draws nothing: what they print, where, and how they leave."""
+
+import json
+import re
+import subprocess
+import sys
+import types
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from greensward.cli import main
+from greensward.scene import GreenswardError
+from greensward.scene.load import presets
+
+
+class FakeRenderer:
+    """Keeps what it was asked for, and answers with a grey picture."""
+
+    asked: dict = {}  # noqa: RUF012
+    fails: BaseException | None = None
+
+    def __init__(self, scene, *, size, samples, device):
+        self.scene, self.size, self.technique_name = scene, size, scene.technique.name
+        FakeRenderer.asked = {"scene": scene, "size": size, "samples": samples, "device": device}
+        self.seconds = {"sow": 1.06, "draw": 9.0}
+        self.blades, self.driver = 212345, "llvmpipe"
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        FakeRenderer.asked["left"] = True
+
+    def render(self, *, time_s, aovs, progress):
+        FakeRenderer.asked |= {"time_s": time_s, "aovs": aovs}
+        for done in range(3):
+            progress(done, 3)
+        if self.fails:
+            raise self.fails
+        width, height = self.size
+        truth = {name.replace("-", "_"): np.zeros((height, width)) for name in aovs} | {"camera": "{}"}
+        return types.SimpleNamespace(image=np.full((height, width, 3), 128, np.uint8), truth=truth)
+
+
+@pytest.fixture
+def greensward(monkeypatch, capsys, tmp_path):
+    """Runs the command line in a folder of its own: exit code, standard output, standard error."""
+    fake = types.ModuleType("greensward.renderer")
+    fake.Renderer = FakeRenderer
+    monkeypatch.setitem(sys.modules, "greensward.renderer", fake)
+    monkeypatch.setattr(FakeRenderer, "fails", None)
+    monkeypatch.setattr(FakeRenderer, "asked", {})
+    monkeypatch.chdir(tmp_path)
+
+    def run(*args):
+        with pytest.raises(SystemExit) as left:
+            main(list(args))
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return left.value.code, out, err
+
+    return run
+
+
+RENDER = ("render", "meadow", "-o", "a.png", "--size", "32x18")
+
+
+def test_render_writes_the_picture_and_tells_what_it_took(greensward, tmp_path):
+    code, out, err = greensward(*RENDER)
+    assert (code, err) == (0, "")
+    assert out.startswith("a.png: 32×18, 212,345 blades of bezier-blades on llvmpipe in 0.")
+    assert "sow 1.1, draw 9.0, write 0.0)" in out
+    assert out.count("\n") == 1
+    with Image.open(tmp_path / "a.png") as picture:
+        assert picture.size == (32, 18)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+    assert FakeRenderer.asked["left"]
+
+
+def test_render_hands_every_option_on(greensward, tmp_path):
+    code, out, _ = greensward(
+        *RENDER, "--time", "-2.5", "--samples", "16", "--seed", "9", "--technique", "bezier-blades",
+        "--set", "wind.0.speed_mps=12", "--set", "post.exposure_ev=0.5", "--camera", "1,2,3:0,0,0:35",
+        "--device", "cpu", "--aov", "depth,blade-id", "--aov", "class", "--json",
+    )  # fmt: skip
+    assert code == 0
+    asked = FakeRenderer.asked
+    assert (asked["time_s"], asked["samples"], asked["size"], asked["device"]) == (-2.5, 16, (32, 18), "cpu")
+    assert asked["aovs"] == ("depth", "blade-id", "class")
+    scene = asked["scene"]
+    assert (scene.seed, scene.wind[0].speed_mps, scene.post.exposure_ev) == (9, 12, 0.5)
+    assert (scene.camera.position_m, scene.camera.fov_y_deg) == ((1, 2, 3), 35)
+    answer = json.loads(out)
+    seconds = answer.pop("seconds")
+    assert list(seconds) == ["load", "sow", "draw", "write", "total"]
+    assert answer == {
+        "output": "a.png",
+        "truth": "a.npz",
+        "width": 32,
+        "height": 18,
+        "technique": "bezier-blades",
+        "driver": "llvmpipe",
+        "blades": 212345,
+    }
+    with np.load(tmp_path / "a.npz") as truth:
+        assert set(truth) == {"depth", "blade_id", "class", "camera"}
+
+
+@pytest.mark.parametrize(
+    ("args", "expected"),
+    [
+        (["--size", "0x0"], "must be WIDTHxHEIGHT, such as 1280x720, each from 1 to 16384 (got 0x0)"),
+        (["--size", "-3x4"], "(got -3x4)"),
+        (["--size", "16385x4"], "(got 16385x4)"),
+        (["--size", "9" * 5000 + "x4"], "must be WIDTHxHEIGHT"),
+        (["--size", "big"], "(got big)"),
+        (["--samples", "0"], "'--samples': must be a whole number from 1 to 4096 (got 0)"),
+        (["--samples", "4097"], "(got 4097)"),
+        (["--samples", "1.5"], "(got 1.5)"),
+        (["--seed", "-1"], "'--seed': must be a whole number from 0 to 4294967295 (got -1)"),
+        (["--time", "nan"], "'--time': must be a finite number of seconds (got nan)"),
+        (["--time", "inf"], "(got inf)"),
+        (["--time", "noon"], "(got noon)"),
+        (["--device", "gpu"], "'--device': must be auto, cpu, or the number of a GPU from 0 (got gpu)"),
+        (
+            ["--aov", "depht"],
+            "'--aov': must be one or more of depth,normal,class,blade-id,motion,albedo (got depht)",
+        ),
+        (["--aov", ""], "(got nothing)"),
+        (["--sed", "1"], "--seed"),
+        (["-o", "a.gif"], "a.gif: the file's name must end in one of .png"),
+        (["-o", "no/a.png"], "no/a.png: there is no folder no; make it first"),
+        (["--set", "wind.0.sped=1"], "--set: wind[0].sped: unknown key; did you mean speed_mps?"),
+        (["--camera", "up"], "--camera: must be x,y,z:tx,ty,tz"),
+        (["--technique", "bezier"], "--technique: technique.name: must be one of bezier-blades"),
+    ],
+)
+def test_a_wrong_option_is_told_before_anything_is_drawn(greensward, tmp_path, args, expected):
+    code, out, err = greensward(*RENDER, *args)
+    assert (code, out) == (2, "")
+    assert expected in err
+    assert "Input should" not in err
+    assert FakeRenderer.asked == {}
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("failure", "code", "told"),
+    [
+        (GreenswardError("The driver was lost."), 1, "The driver was lost.\n"),
+        (MemoryError(), 1, "There is not enough memory for this.\n"),
+        (KeyboardInterrupt(), 130, ""),
+    ],
+)
+def test_a_failure_leaves_no_file_and_its_own_exit_code(
+    greensward, tmp_path, monkeypatch, failure, code, told
+):
+    monkeypatch.setattr(FakeRenderer, "fails", failure)
+    assert greensward(*RENDER) == (code, "", told)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_defect_of_the_program_is_not_hidden(greensward, monkeypatch):
+    monkeypatch.setattr(FakeRenderer, "fails", ZeroDivisionError())
+    with pytest.raises(ZeroDivisionError):
+        main(list(RENDER))
+    assert greensward("--version")[0] == 0
+
+
+def test_the_truth_must_be_writable_too(greensward, tmp_path):
+    (tmp_path / "a.npz").mkdir()
+    code, _, err = greensward(*RENDER, "--aov", "depth")
+    assert (code, err) == (2, "a.npz: is a folder, and the output must be a file\n")
+
+
+def test_what_the_scene_reads_is_not_overwritten(greensward, tmp_path):
+    Image.new("L", (4, 4)).save(tmp_path / "a.png")
+    (tmp_path / "scene.toml").write_text("sowing.density_map = 'a.png'")
+    code, _, err = greensward("render", ".", "-o", "a.png")
+    assert code == 2
+    assert err == "a.png: would overwrite what the scene reads as sowing.density_map; choose another name\n"
+
+
+def test_a_terminal_shows_progress(greensward, monkeypatch):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    assert greensward(*RENDER)[0] == 0
+
+
+def test_scenes_lists_every_preset(greensward):
+    code, out, _ = greensward("scenes")
+    assert code == 0
+    assert len(out.splitlines()) == len(presets())
+    code, out, _ = greensward("scenes", "--json")
+    listed = {item["name"]: (item["title"], item["summary"]) for item in json.loads(out)}
+    assert (code, listed) == (0, presets())
+
+
+def test_a_new_scene_passes_check_as_it_is(greensward, tmp_path):
+    code, out, _ = greensward("new", "deep/hill")
+    assert (code, out.split()[1]) == (0, "deep/hill/scene.toml.")
+    assert [path.name for path in (tmp_path / "deep/hill").iterdir()] == ["scene.toml"]
+    code, out, err = greensward("check", "deep/hill")
+    assert (code, err) == (0, "")
+    assert out == "deep/hill: is right: “My meadow”, noise ground, 3 species, no files\n"
+    assert greensward("render", "deep/hill", "-o", "a.png", "--size", "8x8")[0] == 0
+
+
+def test_what_the_template_suggests_in_comments_is_valid_too(greensward, tmp_path):
+    greensward("new", "hill")
+    file = tmp_path / "hill/scene.toml"
+    text = re.sub(r"^# (?=\w+ = |\[)", "", file.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    first, *_, landscape = text.partition("# A real landscape instead:\n")
+    maps = "".join(re.findall(r"^(?:texture|terrain).*\n", first, re.MULTILINE))
+    file.write_text(landscape.replace("[ground]\n", "[ground]\n" + maps, 1), encoding="utf-8")
+    for name in ("soil", "fields", "elevation", "density", "colours"):
+        Image.new("L", (4, 4)).save(tmp_path / f"hill/{name}.png")
+    assert "5 files" in greensward("check", "hill")[1]
+
+
+def test_new_touches_nothing_that_is_there(greensward, tmp_path):
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "notes").touch()
+    (tmp_path / "file").touch()
+    (tmp_path / "empty").mkdir()
+    assert greensward("new", "full")[::2] == (2, "full: is not empty; name a folder that is new or empty\n")
+    assert greensward("new", "file")[::2] == (2, "file: is a file; name a folder that is new or empty\n")
+    assert greensward("new", "file/in")[::2] == (2, "file/in: cannot be made: Not a directory\n")
+    assert greensward("new", "empty")[0] == 0
+    assert [path.name for path in (tmp_path / "full").iterdir()] == ["notes"]
+
+
+def test_check_tells_all_problems_at_once_also_of_files(greensward, tmp_path):
+    Image.new("RGB", (4, 4), "red").save(tmp_path / "red.png")
+    (tmp_path / "short.png").write_bytes((tmp_path / "red.png").read_bytes()[:40])
+    (tmp_path / "a.toml").write_text(
+        "seed = -1\nsowing = {density_map = 'short.png', vegetation_map = 'red.png'}\n"
+        "[ground]\nkind = 'heightmap'\nfile = 'red.png'\ntexture = 'no.png'\n"
+    )
+    code, out, err = greensward("check", "a.toml")
+    assert (code, out) == (2, "")
+    told = err.splitlines()
+    assert told[0] == "a.toml: ground.texture: no such file: no.png"
+    assert told[1].startswith("a.toml: ground.file: red.png: must be a grey picture")
+    assert told[2].startswith("a.toml: sowing.density_map: short.png: is ")
+    assert told[3:] == ["a.toml: seed: must be at least 0 (got -1)"]
+    code, out, err = greensward("check", "a.toml", "--json")
+    assert (code, err) == (2, "")
+    assert json.loads(out) == {"ok": False, "errors": told}
+    code, out, _ = greensward("check", "meadow", "--json")
+    assert (code, json.loads(out)) == (0, {"ok": True, "errors": []})
+
+
+@pytest.mark.parametrize("command", [(), ("render",), ("scenes",), ("new",), ("check",), ("info",)])
+def test_help_shows_examples(greensward, command):
+    code, out, _ = greensward(*command, "--help")
+    assert code == 0
+    assert "greensward " + " ".join(command) in out
+    assert "Example" in out
+
+
+def test_usage(greensward):
+    assert greensward("--version")[1].startswith("greensward ")
+    code, out, err = greensward()
+    assert code == 2
+    assert "render" in out + err
+    code, _, err = greensward("rendr")
+    assert code == 2
+    assert "rendr" in err
+
+
+def test_help_comes_fast_without_arrays_or_graphics():
+    script = (
+        "import sys\nfrom greensward.cli import main\n"
+        "try:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
+        "print([name for name in ('numpy', 'moderngl', 'PIL', 'greensward.scene') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

@@ -1,0 +1,220 @@
+"""Malformed scenes, by the thousand: never anything but `SceneError`; and valid ones survive TOML."""
+
+import copy
+import string
+import tempfile
+import tomllib
+from pathlib import Path
+
+import tomli_w
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from greensward.scene import Scene, SceneError, Sky
+from greensward.scene.grass import species_table
+from greensward.scene.load import dump, load
+
+BAD_WORDS = ("Input should", "pydantic", "Traceback", "Value error", "valid string", "FieldInfo")
+FOLDER = Path(tempfile.mkdtemp(prefix="greensward-test-"))
+FILE = FOLDER / "scene.toml"
+
+scalars = (
+    st.none().map(lambda _: 0)
+    | st.booleans()
+    | st.integers(min_value=-(2**70), max_value=2**70)
+    | st.floats()
+    | st.text(max_size=12)
+    | st.dates()
+    | st.datetimes()
+    | st.sampled_from(["flat", "noise", "heightmap", "gusts", "box", "reed", "~x/y", "\0", "../..", "#fff"])
+)
+
+
+def _keys(model):
+    names = set(model.model_fields)
+    for definition in model.model_json_schema().get("$defs", {}).values():
+        names |= set(definition.get("properties", {}))
+    return sorted(names)
+
+
+keys = st.sampled_from(_keys(Scene)) | st.text(string.printable, min_size=1, max_size=8) | st.text(max_size=4)
+values = st.recursive(
+    scalars,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(keys, inner, max_size=4),
+    max_leaves=12,
+)
+scenes = st.dictionaries(keys, values, max_size=5)
+
+WHOLE = tomllib.loads(
+    """
+    title = "Whole"
+    [ground]
+    kind = "noise"
+    size_m = [10, 20.5]
+    [[grass]]
+    species = "reed"
+    height_m = [0.1, 0.2]
+    [[grass]]
+    [sowing]
+    density_per_m2 = 5
+    [[wind]]
+    kind = "gusts"
+    [[object]]
+    kind = "box"
+    position_m = [0, 1, 2]
+    [camera]
+    position_m = [0, 1, 2]
+    near_m = 0.1
+    [technique]
+    name = "bezier-blades"
+    haze = 1.0
+    """
+)
+
+
+def told(*args, **options):
+    """What a user is told; nothing where the scene loads. Every sentence is fit to be read."""
+    problems = None
+    try:
+        load(*args, **options)
+    except SceneError as error:
+        problems = error.problems
+    assert problems != ()
+    for problem in problems or ():
+        assert problem.strip()
+        assert "\n" not in problem
+        assert not any(word in problem for word in BAD_WORDS), problem
+    return problems
+
+
+def check(table):
+    try:
+        FILE.write_text(tomli_w.dumps(table), encoding="utf-8")
+    except (ValueError, TypeError, UnicodeError):
+        return
+    told(FILE, technique_settings={"bezier-blades": Sky})
+
+
+@settings(max_examples=400, deadline=None, suppress_health_check=list(HealthCheck))
+@given(scenes)
+def test_any_table_loads_or_is_refused_in_words(table):
+    check(table)
+
+
+@st.composite
+def mutated(draw):
+    """A valid scene of which a few parts are replaced, removed, or joined by others."""
+    table = copy.deepcopy(WHOLE)
+    for _ in range(draw(st.integers(1, 3))):
+        node = table
+        while True:
+            places = list(node) if isinstance(node, dict) else list(range(len(node)))
+            if not places:
+                break
+            place = draw(st.sampled_from(places))
+            if isinstance(node[place], dict | list) and draw(st.booleans()):
+                node = node[place]
+                continue
+            action = draw(st.sampled_from(["replace", "remove", "add"]))
+            if action == "replace":
+                node[place] = draw(values)
+            elif action == "remove":
+                del node[place]
+            elif isinstance(node, dict):
+                node[draw(keys)] = draw(values)
+            else:
+                node.append(draw(values))
+            break
+    return table
+
+
+@settings(max_examples=400, deadline=None, suppress_health_check=list(HealthCheck))
+@given(mutated())
+def test_a_valid_scene_with_something_wrong_is_refused_in_words(table):
+    check(table)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.binary(max_size=60) | st.text(max_size=60).map(lambda text: text.encode("utf-8", "replace")))
+def test_any_bytes_load_or_are_refused_in_words(content):
+    FILE.write_bytes(content)
+    told(FILE)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(st.text(max_size=20) | st.builds("{}.{}={}".format, keys, keys, st.text(max_size=5)), max_size=3)
+)
+def test_any_override_is_taken_or_refused_in_words(overrides):
+    told("meadow", overrides=overrides)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.text(max_size=20) | st.from_regex(r"-?[0-9]{1,3},[0-9.]{1,4},[0-9e]{1,3}:1,2,[0-9]{1,3}(:[0-9]{1,3})?")
+)
+def test_any_camera_is_taken_or_refused_in_words(camera):
+    told("meadow", camera=camera)
+
+
+def numbers(low, high):
+    return st.floats(low, high, allow_subnormal=False)
+
+
+def spans(low, high):
+    return st.tuples(numbers(low, high), numbers(low, high)).map(lambda pair: tuple(sorted(pair)))
+
+
+colours = st.integers(0, 0xFFFFFF).map(lambda value: f"#{value:06x}")
+points = st.tuples(*[numbers(-1e6, 1e6)] * 3)
+
+
+def table(**fields):
+    """A table in which any of these keys may be left out."""
+    return st.fixed_dictionaries({}, optional=fields)
+
+
+valid_scenes = table(
+    title=st.text(st.characters(exclude_categories=["Cs"]), max_size=20),
+    seed=st.integers(0, 2**32 - 1),
+    ground=table(size_m=st.tuples(numbers(0.1, 1e5), numbers(0.1, 1e5)), texture_m=numbers(0.1, 1000))
+    | table(octaves=st.integers(1, 12), gain=numbers(0, 1)).map(lambda t: {"kind": "noise", **t}),
+    grass=st.lists(
+        table(
+            species=st.sampled_from(sorted(species_table())),
+            share=numbers(0, 1e6),
+            height_m=spans(0.001, 20),
+            tilt_deg=spans(0, 85),
+            tip_colour=colours,
+            head=st.sampled_from(["none", "cup"]),
+        ),
+        max_size=4,
+    ),
+    sowing=table(density_per_m2=numbers(0, 1e5), drift=numbers(0, 1)),
+    wind=st.lists(table(speed_mps=numbers(0, 200), direction_deg=numbers(-360, 360)), max_size=3),
+    object=st.lists(
+        st.fixed_dictionaries({"kind": st.sampled_from(["box", "sphere"]), "position_m": points}), max_size=3
+    ),
+    camera=table(position_m=points, height_above_ground=st.booleans(), fov_y_deg=numbers(1, 169)),
+    shadows=table(enabled=st.booleans(), cascades=st.integers(1, 4)),
+    technique=st.dictionaries(
+        st.text(string.ascii_lowercase, min_size=5, max_size=8),
+        st.integers(-(2**60), 2**60)
+        | st.booleans()
+        | st.lists(st.text(string.printable, max_size=5), max_size=3),
+        max_size=3,
+    ),
+    post=table(exposure_ev=numbers(-20, 20), tone_map=st.sampled_from(["filmic", "linear"])),
+)
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
+@given(valid_scenes)
+def test_every_valid_scene_survives_toml(given_table):
+    try:
+        scene = Scene.model_validate(given_table).in_folder(FOLDER)
+    except ValidationError:  # a camera that looks at itself
+        return
+    FILE.write_text(dump(scene), encoding="utf-8")
+    assert load(FILE) == scene
