@@ -240,10 +240,10 @@ class Renderer:
         target.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         for name, draw in (
-            ("ground", self._terrain.draw),
             ("objects", self._solids.draw),
             ("grass", self._technique.draw),
             ("heads", self._heads.draw),
+            ("ground", self._terrain.draw),  # last: where grass hides it, its shader does not run
         ):
             if timed:
                 with self.timers.measure(name):

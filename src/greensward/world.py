@@ -38,6 +38,7 @@ class World:
         self._motion = Postures(ctx, scene)
         self._pool: list[Chunks] = []
         self._seen: dict[View, list[tuple[Page, Chunks]]] = {}
+        self._shares: dict[View, list[npt.NDArray[np.float64]]] = {}
         self._focus: npt.NDArray[np.float64] | None = None
         # a camera may stray this far before blades are sown anew around it
         self._slack_m = 0.15 * scene.sowing.full_density_m
@@ -60,11 +61,13 @@ class World:
         sowing = self.scene.sowing
         pool = iter(self._pooled(len(self.field.pages) * (len(instant.views) + 1)))
         self._seen = {view: [] for view in instant.views}
+        self._shares = {view: [] for view in instant.views}
         for page in self.field.pages:
             shares = [
                 share_needed(page.tiles, view, sowing.full_density_m, sowing.reach_m) for view in instant.views
             ]
             for view, share in zip(instant.views, shares, strict=True):
+                self._shares[view].append(share)
                 chunks = next(pool)
                 _select(chunks, page, share)
                 if chunks.count:
@@ -76,6 +79,10 @@ class World:
     def chunks(self, view: View) -> Sequence[tuple[Page, Chunks]]:
         """Pages of the field with the chunks of blades that the view may show."""
         return self._seen.get(view, ())
+
+    def seen_tiles(self, view: View) -> Sequence[tuple[Page, npt.NDArray[np.int64]]]:
+        """Pages of the field with the numbers of the tiles that the view may show."""
+        return [(p, np.flatnonzero(s)) for p, s in zip(self.field.pages, self._shares[view], strict=True)]
 
     def _pooled(self, count: int) -> list[Chunks]:
         while len(self._pool) < count:

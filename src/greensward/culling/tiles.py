@@ -37,25 +37,27 @@ def share_needed(tiles: Tiles, view: View, full_density_m: float, reach_m: float
 
 
 class Chunks:
-    """Runs of at most `CHUNK` blades, (first, count) each, on the GPU; uploaded only when they change."""
+    """Runs of at most `size` blades, (first, count) each, on the GPU."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: moderngl.Context, size: int = CHUNK) -> None:
         self._ctx = ctx
+        self._size = size
         self._buffer: moderngl.Buffer | None = None
         self.count = 0
         self.blades = 0
 
     def set(self, start: npt.NDArray[np.int64], length: npt.NDArray[np.int64]) -> None:
         """Cut runs of blades into chunks and upload them."""
-        per_run = -(-length // CHUNK)
+        size = self._size
+        per_run = -(-length // size)
         self.count, self.blades = int(per_run.sum()), int(length.sum())
         if not self.count:
             return
         run = np.repeat(np.arange(len(length)), per_run)
         within = np.arange(self.count) - np.repeat(np.cumsum(per_run) - per_run, per_run)
         table = np.empty((self.count, 2), np.uint32)
-        table[:, 0] = start[run] + within * CHUNK
-        table[:, 1] = np.minimum(CHUNK, length[run] - within * CHUNK)
+        table[:, 0] = start[run] + within * size
+        table[:, 1] = np.minimum(size, length[run] - within * size)
         if self._buffer is None or self._buffer.size < table.nbytes:
             self.release()
             self._buffer = self._ctx.buffer(reserve=table.nbytes * 5 // 4)

@@ -4,6 +4,7 @@ import moderngl
 import numpy as np
 
 from greensward.gpu.blocks import BlockBuffer, declare
+from greensward.gpu.context import is_software
 from greensward.ground.height_field import HeightField
 from greensward.ground.soil import generated_soil
 from greensward.io.rasters import read_rgba
@@ -94,5 +95,7 @@ def _texture(ctx: moderngl.Context, pixels: np.ndarray, srgb: bool) -> moderngl.
     )
     texture.build_mipmaps()
     texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-    texture.anisotropy = 8.0
+    if not is_software(ctx):
+        # llvmpipe takes seconds per thousand pixels for it
+        texture.anisotropy = 8.0
     return texture

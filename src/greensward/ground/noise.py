@@ -25,10 +25,10 @@ def hash3(
 
 
 def _corner(dx: Array, dy: Array, i: npt.NDArray[np.int64], j: npt.NDArray[np.int64], seed: int) -> Array:
-    bits = hash3(i.astype(np.uint32), j.astype(np.uint32), np.uint32(seed & 0xFFFFFFFF))[0]
-    angle = 2.0 * np.pi * (bits >> np.uint32(8)) / 16777216.0
+    bits = hash3(i.astype(np.uint32), j.astype(np.uint32), np.uint32(seed & 0xFFFFFFFF))
+    gx, gy = ((b >> np.uint32(8)) / 8388608.0 - 1.0 for b in bits[:2])
     t = np.maximum(0.5 - dx * dx - dy * dy, 0.0) ** 2
-    result: Array = t * t * (np.cos(angle) * dx + np.sin(angle) * dy)
+    result: Array = t * t * (gx * dx + gy * dy)
     return result
 
 
@@ -46,7 +46,7 @@ def simplex(x: npt.ArrayLike, y: npt.ArrayLike, seed: int = 0) -> Array:
         + _corner(dx - right + _G, dy - (1 - right) + _G, i + right, j + 1 - right, seed)
         + _corner(dx - 1.0 + 2.0 * _G, dy - 1.0 + 2.0 * _G, i + 1, j + 1, seed)
     )
-    return 99.2 * total
+    return 118.0 * total
 
 
 def octaves(

@@ -40,9 +40,13 @@ class ShadowMaps:
         nearest = scene.shadows.nearest_m
         furthest = max(scene.shadows.furthest_m, nearest)
         ratio = (furthest / nearest) ** (1.0 / max(self.count - 1, 1))
-        return tuple(self._view(scene, camera, nearest * ratio**i) for i in range(self.count))
+        # each map draws the grass of those inside it again; half as many blades, wider, shade alike there
+        return tuple(
+            self._view(scene, camera, nearest * ratio**i, scene.shadows.density * 0.5**i)
+            for i in range(self.count)
+        )
 
-    def _view(self, scene: Scene, camera: View, radius_m: float) -> View:
+    def _view(self, scene: Scene, camera: View, radius_m: float, density: float) -> View:
         size, sun = scene.shadows.size_px, to_sun(scene)
         ahead = camera.axis_ws[:3] * np.array([1.0, 0.0, 1.0])
         centre = camera.camera_ws + ahead * radius_m * 0.8
@@ -66,7 +70,7 @@ class ShadowMaps:
             camera_ws=camera.camera_ws,
             size_px=(size, size),
             pixel_m=(0.0, texel),
-            density=scene.shadows.density,
+            density=density,
         )
 
     def bind(self) -> None:

@@ -1,8 +1,6 @@
 // Decides per blade whether it is drawn, how finely, and how wide.
-#include "shaders/blade.glsl"
+#include "culling/presence.glsl"
 #include "shaders/bezier.glsl"
-#include "sowing/sward.glsl"
-#include "block/View"
 #include "block/BezierBlades"
 
 layout(vertices = 1) out;
@@ -28,14 +26,6 @@ patch out vec4 look;            // transmittance, roughness, height over the can
 patch out vec3 groundNormal_ws;
 patch out uint bladeIndex;
 #endif
-
-// 1 where the blade is fully there, less while it grows in, 0 where it is left out
-float presence(Blade b, float distance_m, out float widening) {
-    float kept = keptShare(distance_m) * view.density;
-    widening = inversesqrt(max(kept, 1e-6));
-    float edge = 1.0 - smoothstep(0.82, 1.0, distance_m / sward.reach_m);
-    return edge * clamp((kept - bladeRank(b)) / (0.2 * kept), 0.0, 1.0);
-}
 
 // Whether the hull of the control points, grown by the width, lies outside one side of the view
 bool outside(vec3 v0, vec3 v1, vec3 v2, float width_m) {

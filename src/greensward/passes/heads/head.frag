@@ -1,0 +1,30 @@
+#ifdef SHADOW
+void main() {}
+#else
+#include "shaders/surface.glsl"
+
+in vec3 position_ws;
+in vec3 colour;
+in vec3 normal_ws;
+in vec4 clip;
+in vec4 previousClip;
+flat in uint blade;
+flat in uint isFlower;
+
+uniform uint firstId;
+
+void main() {
+    vec3 toViewer = view.eye_ws.xyz - position_ws * view.eye_ws.w;
+    Surface s;
+    s.baseColour = colour;
+    s.transmittance = isFlower == 1u ? 0.45 : 0.35;
+    s.normal_ws = normalize(dot(normal_ws, toViewer) < 0.0 ? -normal_ws : normal_ws);
+    s.occlusion = 1.0;
+    s.roughness = 0.7;
+    s.surfaceClass = isFlower == 1u ? CLASS_FLOWER : CLASS_GRASS;
+    s.bladeId = firstId + blade;
+    s.clip = clip;
+    s.previousClip = previousClip;
+    emitSurface(s);
+}
+#endif

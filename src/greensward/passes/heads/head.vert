@@ -1,0 +1,79 @@
+#include "culling/presence.glsl"
+#include "shaders/bezier.glsl"
+
+struct Corner { vec4 place; vec4 normal; };
+
+layout(std430, binding = 0) readonly buffer Blades { Blade blades[]; };
+layout(std430, binding = 1) readonly buffer Postures { Posture postures[]; };
+layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
+layout(std430, binding = 3) readonly buffer Heads { uint heads[]; };
+layout(std430, binding = 4) readonly buffer Meshes { Corner corners[]; };
+
+const int NEAR_VERTICES = 108, FAR_VERTICES = 12;
+const float FIRST_FLOWER = 3.0;  // panicle and spike are seed heads
+
+uniform bool near;
+
+#ifndef SHADOW
+out vec3 position_ws;
+out vec3 colour;
+out vec3 normal_ws;
+out vec4 clip;
+out vec4 previousClip;
+flat out uint blade;
+flat out uint isFlower;
+#endif
+
+void main() {
+    uint index = heads[chunks[gl_InstanceID].x];
+    Blade b = blades[index];
+    vec3 root = bladeRoot(b);
+    float away = distance(root, view.camera_ws.xyz), widening;
+    float here = presence(b, away, widening);
+    int kindOfGrass = bladeSpecies(b);
+    float kind = species(kindOfGrass, MIX).w;
+    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+    if (here <= 0.0) return;
+
+    vec3 v1, v2;
+    unpackPosture(postures[index].now, root, v1, v2);
+    vec3 up = bladeUp(b), tangent = normalize(v2 - v1);
+    bool flower = kind >= FIRST_FLOWER;
+    float random = bladeRandom(b), other = fract(random * 57.31);
+    vec3 wander = vec3(cos(6.2832 * random), 0.0, sin(6.2832 * random));
+    // flowers turn up and a little to the sun's side; seed heads go on along the stem and nod
+    vec3 axis = flower ? normalize(0.5 * tangent + up + (0.15 + 0.75 * other) * wander)
+                       : normalize(tangent - 0.12 * up + 0.12 * wander);
+
+    Corner corner = corners[int(kind) * (NEAR_VERTICES + FAR_VERTICES) + (near ? gl_VertexID : NEAR_VERTICES + gl_VertexID)];
+    float size = mix(species(kindOfGrass, HEAD).w, species(kindOfGrass, HEART).w, other);
+    vec3 tip = mix(root, v2, here);
+    float depth = dot(view.axis_ws.xyz, tip) + view.axis_ws.w;
+    float pixel = view.pixel_m.x * max(depth, 0.02) + view.pixel_m.y;
+    float thick = flower ? 1.0 : 0.2;
+    // few heads stand for many far away, but a flower must not grow into a cabbage
+    float grown = min(sqrt(widening), 2.2);
+    size = max(size * grown, 1.1 * pixel / thick) * here;
+
+    vec3 helper = abs(axis.y) < 0.95 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0);
+    vec3 e1 = normalize(cross(helper, axis)), e3 = cross(axis, e1);
+    float turn = 6.2832 * fract(random * 13.7);
+    mat3 frame = mat3(cos(turn) * e1 + sin(turn) * e3, axis, cos(turn) * e3 - sin(turn) * e1);
+    vec3 local = corner.place.xyz * size;
+    if (!flower) local.y -= 0.12 * size;
+    vec3 offset = frame * local;
+    gl_Position = view.jittered_clip_from_world * vec4(tip + offset, 1.0);
+#ifndef SHADOW
+    position_ws = tip + offset;
+    clip = view.clip_from_world * vec4(position_ws, 1.0);
+    vec3 previousControl, previousTip;
+    unpackPosture(postures[index].previous, root, previousControl, previousTip);
+    previousClip = view.previous_clip_from_world * vec4(mix(root, previousTip, here) + offset, 1.0);
+    normal_ws = frame * corner.normal.xyz;
+    float tint = bladeTint(b) - 0.5;
+    vec3 paint = corner.place.w > 0.5 ? species(kindOfGrass, HEART).rgb : species(kindOfGrass, HEAD).rgb;
+    colour = paint * (1.0 + (flower ? 0.15 : 0.5) * tint) * mix(0.8, 1.0, clamp(corner.place.y * 2.0 + 0.3, 0.0, 1.0));
+    blade = index;
+    isFlower = flower ? 1u : 0u;
+#endif
+}

@@ -1,0 +1,148 @@
+"""Meshes of heads, near and far, padded to one length so that a draw needs no mesh bound per kind.
+
+A vertex is position and part, normal and shade: y runs along the head's axis from its base, lengths in units of
+the head's size. Part 0 is petal or seed, 1 the heart.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from greensward.scene.grass import HEADS
+
+NEAR_VERTICES, FAR_VERTICES = 108, 12
+Mesh = npt.NDArray[np.float64]
+
+
+def head_meshes() -> npt.NDArray[np.float32]:
+    """All kinds in the order of `HEADS`, float32 (kinds, near + far, 8)."""
+    builders = {
+        "none": (_nothing, _nothing),
+        "panicle": (_panicle, lambda: _crossed(0.30, 0.35)),
+        "spike": (_spike, lambda: _crossed(0.11, 0.45)),
+        "daisy": (_daisy, lambda: _disk(0.5, 0.02)),
+        "cup": (_cup, lambda: _disk(0.48, 0.3)),
+        "globe": (_globe, lambda: _crossed(0.5, 0.5)),
+    }
+    table = np.zeros((len(HEADS), NEAR_VERTICES + FAR_VERTICES, 8), np.float32)
+    for row, kind in zip(table, HEADS, strict=True):
+        near, far = (build() for build in builders[kind])
+        assert len(near) <= NEAR_VERTICES
+        assert len(far) <= FAR_VERTICES
+        row[: len(near)] = near
+        row[NEAR_VERTICES : NEAR_VERTICES + len(far)] = far
+    return table
+
+
+def _nothing() -> Mesh:
+    return np.zeros((0, 8))
+
+
+def _facets(corners: Mesh, part: float = 0.0, shade: float | Mesh = 1.0, out: Mesh | None = None) -> Mesh:
+    """Triangles (n, 3, 3) to vertices; normals flat, or `out` of the same shape."""
+    if out is None:
+        flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-9)
+        out = np.repeat(flat[:, None], 3, 1)
+    n = len(corners) * 3
+    result = np.empty((n, 8))
+    result[:, :3], result[:, 3] = corners.reshape(n, 3), part
+    result[:, 4:7], result[:, 7] = out.reshape(n, 3), np.broadcast_to(shade, (n,))
+    return result
+
+
+def _polar(radius: npt.ArrayLike, height: npt.ArrayLike, angle: npt.ArrayLike) -> Mesh:
+    r, y, a = np.broadcast_arrays(radius, height, angle)
+    return np.stack([r * np.cos(a), y, r * np.sin(a)], -1)
+
+
+def _petals(count: int, rings: list[tuple[float, float, float]]) -> Mesh:
+    """Petals around the axis; each ring is (radius, height, half width in radians), the last a point."""
+    faces = []
+    turn = 2.0 * np.pi * np.arange(count) / count
+    for (r0, y0, w0), (r1, y1, w1) in zip(rings, rings[1:], strict=False):
+        a, b = _polar(r0, y0, turn - w0), _polar(r0, y0, turn + w0)
+        c, d = _polar(r1, y1, turn + w1), _polar(r1, y1, turn - w1)
+        if w0 > 0:
+            faces.append(np.stack([a, b, c], 1))
+        if w1 > 0:
+            faces.append(np.stack([a, c, d], 1))
+    return np.concatenate(faces)
+
+
+def _dome(radius: float, height: float, base: float, sides: int = 6) -> Mesh:
+    turn = 2.0 * np.pi * np.arange(sides + 1) / sides
+    ring = _polar(radius, base, turn)
+    top = np.broadcast_to([0.0, base + height, 0.0], ring[:-1].shape)
+    corners = np.stack([ring[:-1], top, ring[1:]], 1)
+    out = corners - np.array([0.0, base - radius, 0.0])
+    return _facets(corners, 1.0, 1.0, out / np.linalg.norm(out, axis=-1, keepdims=True))
+
+
+def _daisy() -> Mesh:
+    inner = _petals(14, [(0.10, 0.0, 0.12), (0.40, 0.05, 0.17)])
+    tips = _petals(14, [(0.40, 0.05, 0.17), (0.5, 0.02, 0.0)])[:14]
+    return np.concatenate([_facets(inner[:14]), _facets(tips), _dome(0.15, 0.10, 0.02)])
+
+
+def _cup() -> Mesh:
+    bowl = _petals(5, [(0.04, 0.0, 0.5), (0.34, 0.16, 0.62), (0.5, 0.42, 0.45)])
+    return np.concatenate([_facets(bowl), _dome(0.13, 0.16, 0.06)])
+
+
+def _globe() -> Mesh:
+    rows = [(0.05, 0.0), (0.40, 0.16), (0.5, 0.42), (0.36, 0.72), (0.02, 0.86)]
+    turn = 2.0 * np.pi * np.arange(5) / 4
+    faces = []
+    for (r0, y0), (r1, y1) in zip(rows, rows[1:], strict=False):
+        a, b = _polar(r0, y0, turn), _polar(r1, y1, turn + 0.4)
+        faces += [np.stack([a[:-1], b[:-1], a[1:]], 1), np.stack([a[1:], b[:-1], b[1:]], 1)]
+    corners = np.concatenate(faces)
+    out = corners - np.array([0.0, 0.42, 0.0])
+    return _facets(corners, 0.0, 1.0, out / np.linalg.norm(out, axis=-1, keepdims=True))
+
+
+def _spike() -> Mesh:
+    rows = [(0.03, 0.0), (0.075, 0.15), (0.07, 0.75), (0.0, 1.0)]
+    turn = 2.0 * np.pi * np.arange(7) / 6
+    faces = []
+    for k, ((r0, y0), (r1, y1)) in enumerate(zip(rows, rows[1:], strict=False)):
+        a, b = _polar(r0, y0, turn), _polar(r1, y1, turn)
+        faces.append(np.stack([a[:-1], b[:-1], a[1:]], 1))
+        if k < 2:
+            faces.append(np.stack([a[1:], b[:-1], b[1:]], 1))
+    corners = np.concatenate(faces)
+    out = corners * np.array([1.0, 0.0, 1.0]) + np.array([0.0, 0.02, 0.0])
+    return _facets(corners, 0.0, 1.0, out / np.linalg.norm(out, axis=-1, keepdims=True))
+
+
+def _panicle() -> Mesh:
+    """A loose plume: spikelets spiral up the axis, the lower ones reaching further."""
+    count = 18
+    along = (np.arange(count) + 0.5) / count
+    turn = 2.39996 * np.arange(count)
+    reach = 0.16 * (1.0 - along) ** 0.7 + 0.015
+    start = _polar(0.0, 0.85 * along, turn)
+    middle = _polar(reach, 0.85 * along + 0.09, turn)
+    end = _polar(reach * 1.35, 0.85 * along + 0.20, turn)
+    wide = 0.026
+    left, right = middle + _polar(wide, 0.0, turn + 1.57), middle - _polar(wide, 0.0, turn + 1.57)
+    corners = np.concatenate([np.stack([start, left, right], 1), np.stack([left, end, right], 1)])
+    return _facets(corners)
+
+
+def _crossed(width: float, widest: float) -> Mesh:
+    """Two upright diamonds across each other."""
+    faces = []
+    for turn in (0.0, np.pi / 2):
+        left, right = _polar(width / 2, widest, turn), _polar(-width / 2, widest, turn)
+        base, top = np.zeros(3), np.array([0.0, 1.0, 0.0])
+        faces += [np.stack([base, left, right]), np.stack([left, top, right])]
+    return _facets(np.array(faces))
+
+
+def _disk(radius: float, height: float) -> Mesh:
+    turn = 2.0 * np.pi * np.arange(4) / 3 + 0.3
+    ring = _polar(radius, height, turn)
+    corners = np.stack([np.broadcast_to([0.0, 0.0, 0.0], ring[:-1].shape), ring[1:], ring[:-1]], 1)
+    heart = np.stack([_polar(0.15, height + 0.1, turn[k]) for k in range(3)])[None]
+    return np.concatenate([_facets(corners), _facets(heart, 1.0)])
