@@ -151,6 +151,7 @@ def test_a_wrong_option_is_told_before_anything_is_drawn(greensward, tmp_path, a
     [
         (GreenswardError("The driver was lost."), 1, "The driver was lost.\n"),
         (MemoryError(), 1, "There is not enough memory for this.\n"),
+        (OSError(28, "No space left"), 1, "The system refused: [Errno 28] No space left\n"),
         (KeyboardInterrupt(), 130, ""),
     ],
 )
@@ -181,6 +182,11 @@ def test_what_the_scene_reads_is_not_overwritten(greensward, tmp_path):
     code, _, err = greensward("render", ".", "-o", "a.png")
     assert code == 2
     assert err == "a.png: would overwrite what the scene reads as sowing.density_map; choose another name\n"
+
+
+def test_the_names_of_ground_truth_are_those_of_the_renderer():
+    truth = pytest.importorskip("greensward.truth")
+    assert sys.modules["greensward.cli.render"].AOVS == truth.AOVS
 
 
 def test_a_terminal_shows_progress(greensward, monkeypatch):

@@ -10,7 +10,7 @@ import pytest
 from greensward.gpu.context import gl_function, open_context
 from greensward.gpu.state import kept_state, snapshot
 
-_SHADERS = {
+_SHADERS: dict[str, Any] = {
     "vertex_shader": """
         #version 430
         uniform float depth;
@@ -55,10 +55,11 @@ class Caller:
         self.sampler = ctx.sampler()
         self.buffer = ctx.buffer(reserve=1024)
         self.image = ctx.texture((8, 8), 1, dtype="f4")
-        self.framebuffer = ctx.framebuffer(
+        # moderngl's types know neither masks by attachment nor a scissor of None
+        self.framebuffer: Any = ctx.framebuffer(
             [ctx.texture((size, size), 4) for _ in range(2)], ctx.depth_texture((size, size))
         )
-        self.reader = ctx.simple_framebuffer((size, size))
+        self.reader: Any = ctx.simple_framebuffer((size, size))
 
     def gl(self, name: str, *arguments: float) -> None:
         kinds = [ctypes.c_float if isinstance(each, float) else ctypes.c_uint for each in arguments]

@@ -1,5 +1,6 @@
 """The command line, one file per command. It imports what a command needs only once that command runs."""
 
+import io
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -49,10 +50,16 @@ def _greensward(
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the command line and leave: 0 done, 1 failed, 2 bad usage or bad input, 130 interrupted."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal without our signs shows others, and we go on
+            stream.reconfigure(errors="replace")
     try:
         app(args, prog_name="greensward")
     except KeyboardInterrupt:
         sys.exit(130)
+    except OSError as error:  # what a command does not foresee: a full disk under its own output, say
+        print(f"The system refused: {error}", file=sys.stderr)
+        sys.exit(1)
     except MemoryError:
         print("There is not enough memory for this.", file=sys.stderr)
         sys.exit(1)

@@ -17,7 +17,7 @@ def head_meshes() -> npt.NDArray[np.float32]:
     """All kinds in the order of `HEADS`, float32 (kinds, near + far, 8)."""
     builders = {
         "none": (_nothing, _nothing),
-        "panicle": (_panicle, lambda: _crossed(0.30, 0.35)),
+        "panicle": (_panicle, lambda: _crossed(0.13, 0.35)),
         "spike": (_spike, lambda: _crossed(0.11, 0.45)),
         "daisy": (_daisy, lambda: _disk(0.5, 0.02)),
         "cup": (_cup, lambda: _disk(0.48, 0.3)),
@@ -120,11 +120,11 @@ def _panicle() -> Mesh:
     count = 18
     along = (np.arange(count) + 0.5) / count
     turn = 2.39996 * np.arange(count)
-    reach = 0.16 * (1.0 - along) ** 0.7 + 0.015
+    reach = 0.13 * (1.0 - along) ** 0.7 + 0.01
     start = _polar(0.0, 0.85 * along, turn)
-    middle = _polar(reach, 0.85 * along + 0.09, turn)
-    end = _polar(reach * 1.35, 0.85 * along + 0.20, turn)
-    wide = 0.026
+    middle = _polar(reach, 0.85 * along + 0.07, turn)
+    end = _polar(reach * 1.35, 0.85 * along + 0.15, turn)
+    wide = 0.011
     left, right = middle + _polar(wide, 0.0, turn + 1.57), middle - _polar(wide, 0.0, turn + 1.57)
     corners = np.concatenate([np.stack([start, left, right], 1), np.stack([left, end, right], 1)])
     return _facets(corners)

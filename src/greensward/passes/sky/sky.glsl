@@ -22,8 +22,8 @@ vec3 withClouds(vec3 d, vec3 clear) {
     vec2 high = d.xz / (d.y + 0.12);
     vec2 wisp = vec2(0.45 * high.x + 0.2 * high.y, 2.1 * high.y - 0.3 * high.x);
     float warp = octaves(wisp * 0.9, 401u, 3, 0.5, 2.2);
-    float cirrus = octaves(wisp + 0.8 * warp, 409u, 5, 0.6, 2.3);
-    float thin = smoothstep(0.35 - 0.75 * light.clouds, 1.0, cirrus + 0.25) * 0.75 * fade;
+    float cirrus = octaves(wisp + 0.45 * warp, 409u, 5, 0.55, 2.3);
+    float thin = smoothstep(0.35 - 0.75 * light.clouds, 1.0, cirrus + 0.15) * 0.6 * fade;
     vec3 colour = mix(clear, base * 0.9 + sunlit * 1.5, thin);
 
     vec2 low = d.xz / (d.y + 0.055) * 0.55;

@@ -52,8 +52,11 @@ void main() {
 
     Surface o;
     o.baseColour = mix(bare, grass.rgb * mottled, turf);
-    o.transmittance = turf * grass.w * 0.7;
-    o.normal_ws = normal;
+    o.transmittance = turf * grass.w * 0.85;
+    // seen from afar the ground is a wall of blades, each turned to the viewer as much as up
+    vec3 toViewer = normalize(view.eye_ws.xyz - position_ws * view.eye_ws.w);
+    vec3 wall = normalize(0.8 * normalize(toViewer - normal * dot(toViewer, normal)) + 0.75 * normal);
+    o.normal_ws = normalize(mix(normal, wall, turf * max(thinned, beyond)));
     // under a sward little light arrives; from afar the ground stands for its tips
     o.occlusion = mix(1.0, mix(0.3, 0.85, max(thinned * thinned, beyond)), grown);
     o.roughness = 0.95;
