@@ -17,7 +17,7 @@ void main() {
     vec3 toViewer = view.eye_ws.xyz - position_ws * view.eye_ws.w;
     Surface s;
     s.baseColour = colour;
-    s.transmittance = isFlower == 1u ? 0.45 : 0.35;
+    s.transmittance = isFlower == 1u ? 0.5 : 0.55;
     s.normal_ws = normalize(dot(normal_ws, toViewer) < 0.0 ? -normal_ws : normal_ws);
     s.occlusion = 1.0;
     s.roughness = 0.7;

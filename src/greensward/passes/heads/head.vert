@@ -50,7 +50,7 @@ void main() {
     vec3 tip = mix(root, v2, here);
     float depth = dot(view.axis_ws.xyz, tip) + view.axis_ws.w;
     float pixel = view.pixel_m.x * max(depth, 0.02) + view.pixel_m.y;
-    float thick = flower ? 1.0 : 0.35;
+    float thick = flower ? 1.2 : 0.6;
     // few heads stand for many far away, but a flower must not grow into a cabbage
     float grown = min(sqrt(widening), flower ? 2.0 : 1.4);
     size = max(size * grown, 1.1 * pixel / thick) * here;

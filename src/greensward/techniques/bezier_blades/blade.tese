@@ -59,7 +59,7 @@ void main() {
 
     colour = mix(rootColour, tipColour, smoothstep(0.0, 0.85, v));
     float height = clamp(look.z * v, 0.0, 1.0);
-    gloss = vec3(look.x * mix(0.45, 1.0, v), look.y, mix(mix(0.12, 0.4, look.w), 1.0, height * (2.0 - height)));
+    gloss = vec3(look.x * mix(0.45, 1.0, v), look.y, mix(mix(0.12, 0.75, look.w), 1.0, height * (2.0 - height)));
     blade = bladeIndex;
 #endif
 }
