@@ -31,6 +31,8 @@ def share_needed(tiles: Tiles, view: View, full_density_m: float, reach_m: float
     """Part of each tile's sown blades that the view may need: float64 (n,), in 0..1, 0 where unseen."""
     away = distance_to(tiles, view.camera_ws)
     kept = np.minimum(1.0, (full_density_m / np.maximum(away, 1e-3)) ** 2) * view.density
+    if view.density <= 0.0:
+        return np.zeros(len(away))
     seen = visible(tiles, view) & (away <= reach_m)
     result: Floats = np.where(seen, np.minimum(kept / tiles.kept, 1.0), 0.0)
     return result

@@ -48,7 +48,7 @@ vec4 swardColour(vec2 xz, Sward s) {
         vec4 size = species(i, SIZE), root = species(i, ROOT);
         float cover = speciesWeight(i, xz) * (size.x + size.y) * (size.z + size.w);
         float dry = mix(species(i, HABIT).z, species(i, HABIT).w, s.dryness);
-        vec3 green = mix(root.rgb, species(i, TIP).rgb, 0.7);
+        vec3 green = mix(root.rgb, species(i, TIP).rgb, 0.9);
         sum += cover * vec4(mix(green, species(i, DRY).rgb, dry), root.w);
         total += cover;
     }

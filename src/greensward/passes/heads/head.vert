@@ -52,8 +52,8 @@ void main() {
     float pixel = view.pixel_m.x * max(depth, 0.02) + view.pixel_m.y;
     float thick = flower ? 1.2 : 0.6;
     // few heads stand for many far away, but a flower must not grow into a cabbage
-    float grown = min(sqrt(widening), flower ? 2.0 : 1.4);
-    size = max(size * grown, 1.1 * pixel / thick) * here;
+    float grown = min(sqrt(widening), flower ? 1.8 : 1.0);
+    size = max(size * grown, (flower ? 1.1 : 0.7) * pixel / thick) * here;
 
     vec3 helper = abs(axis.y) < 0.95 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0);
     vec3 e1 = normalize(cross(helper, axis)), e3 = cross(axis, e1);

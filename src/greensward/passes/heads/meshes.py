@@ -18,7 +18,7 @@ def head_meshes() -> npt.NDArray[np.float32]:
     builders = {
         "none": (_nothing, _nothing),
         "panicle": (_panicle, lambda: _crossed(0.13, 0.35)),
-        "spike": (_spike, lambda: _crossed(0.11, 0.45)),
+        "spike": (_spike, lambda: _crossed(0.09, 0.45)),
         "daisy": (_daisy, lambda: _disk(0.5, 0.02)),
         "cup": (_cup, lambda: _disk(0.48, 0.3)),
         "globe": (_globe, lambda: _crossed(0.5, 0.5)),
@@ -102,7 +102,7 @@ def _globe() -> Mesh:
 
 
 def _spike() -> Mesh:
-    rows = [(0.03, 0.0), (0.075, 0.15), (0.07, 0.75), (0.0, 1.0)]
+    rows = [(0.02, 0.0), (0.05, 0.12), (0.045, 0.75), (0.0, 1.0)]
     turn = 2.0 * np.pi * np.arange(7) / 6
     faces = []
     for k, ((r0, y0), (r1, y1)) in enumerate(zip(rows, rows[1:], strict=False)):

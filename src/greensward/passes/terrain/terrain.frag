@@ -48,7 +48,7 @@ void main() {
     float thinned = 1.0 - keptShare(away);
     float beyond = smoothstep(0.8, 1.0, away / sward.reach_m);
     float turf = grown * clamp(max(0.25 + 0.75 * thinned, beyond), 0.0, 1.0);
-    float mottled = 1.0 + 0.16 * simplex(xz * 0.9, 77u) * (1.0 - beyond) + 0.1 * simplex(xz * 0.11, 78u);
+    float mottled = 1.0 + 0.16 * simplex(xz * 0.9, 77u) * (1.0 - smoothstep(5.0, 60.0, away)) + 0.1 * simplex(xz * 0.07, 78u);
 
     Surface o;
     o.baseColour = mix(bare, grass.rgb * mottled, turf);

@@ -64,7 +64,12 @@ void main() {
     v2 = mix(v0, v2, here);
     vec3 middle = bezierPoint(v0, v1, v2, 0.5);
     float pixel = view.pixel_m.x * max(dot(view.axis_ws.xyz, middle) + view.axis_ws.w, 0.02) + view.pixel_m.y;
-    float wide = max(b.width * widening, bezierblades.min_width_px * pixel) * min(1.0, 2.0 * here);
+    float natural = b.width * widening, least = bezierblades.min_width_px * pixel;
+#ifdef SHADOW
+    // a texel wide at least, but then fewer, or the shade of thin blades would grow
+    if (bladeRandom(b) * least > natural) return;
+#endif
+    float wide = max(natural, least) * min(1.0, 2.0 * here);
     if (outside(v0, v1, v2, wide)) return;
 
     int kind = bladeSpecies(b);
@@ -98,7 +103,11 @@ void main() {
     vec4 map = textureLod(vegetationMap, mapUv(v0.xz), 0.0);
     rootColour = mix(rootColour, shade * map.rgb * 0.6, map.a);
     tipColour = mix(tipColour, shade * map.rgb, map.a);
-    look = vec4(rootRow.w, tipRow.w, b.height / max(sward.canopy_m, 1e-3), smoothstep(8.0, 120.0, away));
+    // far blades stand for many: their contrast fades towards what those would show together
+    float far = smoothstep(8.0, 90.0, away);
+    tipColour = mix(tipColour, tipColour / shade, 0.7 * far);
+    rootColour = mix(rootColour, 0.9 * tipColour, 0.85 * far);
+    look = vec4(rootRow.w, mix(tipRow.w, 0.95, far), b.height / max(sward.canopy_m, 1e-3), far);
     groundNormal_ws = up;
     bladeIndex = index;
 #endif

@@ -55,11 +55,12 @@ void main() {
     if (dot(flatNormal, toViewer) < 0.0) flatNormal = -flatNormal;
     float turn = 1.9 * bezierblades.roundness * (u - 0.5) * (dot(side, trueSide) < 0.0 ? -1.0 : 1.0);
     normal_ws = normalize(flatNormal + turn * trueSide);
-    normal_ws = normalize(mix(normal_ws, groundNormal_ws, 0.55 * look.w));
+    vec3 wall = normalize(0.8 * normalize(toViewer - groundNormal_ws * dot(toViewer, groundNormal_ws)) + 0.75 * groundNormal_ws);
+    normal_ws = normalize(mix(normal_ws, wall, 0.8 * look.w));
 
     colour = mix(rootColour, tipColour, smoothstep(0.0, 0.85, v));
     float height = clamp(look.z * v, 0.0, 1.0);
-    gloss = vec3(look.x * mix(0.45, 1.0, v), look.y, mix(mix(0.12, 0.75, look.w), 1.0, height * (2.0 - height)));
+    gloss = vec3(look.x * mix(0.45, 1.0, v), look.y, mix(mix(0.12, 0.8, look.w), 1.0, height * (2.0 - height)));
     blade = bladeIndex;
 #endif
 }
