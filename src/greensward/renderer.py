@@ -80,6 +80,7 @@ class Renderer:
             place(scene.camera, heights)
         with self._stage("shaders"), kept_state(self.ctx):
             self._build(heights, size, shell)
+        self._view: View
         self._previous: tuple[View, float] | None = None
 
     def _build(self, heights: HeightField, size: tuple[int, int], shell: Shell | None) -> None:
@@ -101,6 +102,16 @@ class Renderer:
     def blades(self) -> int:
         """Blades sown around the last camera."""
         return self._world.field.count
+
+    @property
+    def blades_in_view(self) -> int:
+        """Blades handed to the technique for the last picture, before its own tests."""
+        return sum(chunks.blades for _, chunks in self._world.chunks(self._view))
+
+    @property
+    def field_bytes(self) -> int:
+        """GPU memory of the sown blades in bytes."""
+        return self._world.field.nbytes
 
     def render(
         self,
@@ -206,6 +217,7 @@ class Renderer:
             truth["camera"] = np.array(
                 camera_record(camera, view.clip_from_world, view_from_world, self.size)
             )
+        self._view = view
         self._previous = view, time_s
         return truth
 
