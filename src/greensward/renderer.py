@@ -81,6 +81,7 @@ class Renderer:
         with self._stage("shaders"), kept_state(self.ctx):
             self._build(heights, size, shell)
         self._view: View
+        self._seen_from: tuple[tuple[Camera, tuple[int, int]] | None, tuple[View, ...]] = (None, ())
         self._previous: tuple[View, float] | None = None
 
     def _build(self, heights: HeightField, size: tuple[int, int], shell: Shell | None) -> None:
@@ -91,11 +92,12 @@ class Renderer:
         self._world = World(ctx, self.scene, heights)
         settings = SETTINGS[self.technique_name](**(self.scene.technique.model_extra or {}))
         self._technique = self._technique_type(ctx, self._world, settings)
-        self._terrain, self._solids = Terrain(ctx, self._world), Solids(ctx, self._world)
+        self._terrain = Terrain(ctx, self._world, shell)
+        self._solids = Solids(ctx, self._world)
         self._heads = Heads(ctx, self._world)
         self._shadows = ShadowMaps(ctx, self._world)
         self._gbuffer = GBuffer(ctx, size)
-        self._lighting = Lighting(ctx, self.scene, size, self._world.field.canopy_m, shell)
+        self._lighting = Lighting(ctx, self.scene, size, shell)
         self._post = Post(ctx, size, shell)
 
     @property
@@ -180,15 +182,15 @@ class Renderer:
         if not np.isfinite(time_s):
             raise InputError(f"time: must be a finite number of seconds (got {time_s})")
         truth: Truth = {}
-        view = camera_view(camera, self._world.ground.heights, self.size)
+        view, *shadow_views = self._views(camera)
         previous_view, previous_s = self._previous or (view, time_s - _FRAME_S)
-        shadow_views = self._shadows.views(view)
         instant = Instant(time_s, previous_s, (view, *shadow_views))
         self.timers.start_frame()
         with self._stage("sow"):
             if self._world.follow(view.camera_ws):
                 self.ctx.finish()
         with self._stage("draw"):
+            self._world.bind()
             with self.timers.measure("move"):
                 self._world.move(instant)
                 self._technique.update(instant)
@@ -201,10 +203,12 @@ class Renderer:
                 self._surfaces(
                     self._gbuffer.framebuffer, view, time_s, 0, previous_view, jitter(sample), timed=True
                 )
+                with self.timers.measure("ground"):
+                    self._terrain.paint(self._gbuffer)
                 if sample == 0 and aovs:
                     truth = read_truth(self._gbuffer, aovs)
                 with self.timers.measure("light"):
-                    light = self._lighting.shade(self._gbuffer, self._shadows, view, shadow_views, sample)
+                    light = self._lighting.shade(self._gbuffer, self._shadows, shadow_views, sample)
                 with self.timers.measure("post"):
                     self._post.accumulate(light, sample)
                 if progress is not None:
@@ -221,6 +225,13 @@ class Renderer:
         self._previous = view, time_s
         return truth
 
+    def _views(self, camera: Camera) -> tuple[View, ...]:
+        """The camera's view and those of its shadow maps; the same objects while neither camera nor size change."""
+        if self._seen_from[0] != (camera, self.size):
+            view = camera_view(camera, self._world.ground.heights, self.size)
+            self._seen_from = (camera, self.size), (view, *self._shadows.views(view))
+        return self._seen_from[1]
+
     def _surfaces(
         self,
         target: moderngl.Framebuffer,
@@ -232,18 +243,24 @@ class Renderer:
         timed: bool = False,
     ) -> None:
         """Everything that has a surface, unlit, from one view."""
-        shift = np.eye(4)
-        shift[:2, 3] = 2.0 * np.array(offset_px) / view.size_px
         width, height = view.size_px
+        clip_shift = 2.0 * offset_px[0] / width, 2.0 * offset_px[1] / height
+        jittered = view.clip_from_world.copy()
+        jittered[0] += clip_shift[0] * view.clip_from_world[3]
+        jittered[1] += clip_shift[1] * view.clip_from_world[3]
         block = self._view_blocks[slot]
         block.set(
             clip_from_world=view.clip_from_world,
-            jittered_clip_from_world=shift @ view.clip_from_world,
+            jittered_clip_from_world=jittered,
             previous_clip_from_world=(previous or view).clip_from_world,
             eye_ws=view.eye_ws,
             axis_ws=view.axis_ws,
             camera_ws=(*view.camera_ws, 0.0),
             size_px=(width, height, 1.0 / width, 1.0 / height),
+            corner_ray=(*view.rays_ws[0], 0.0),
+            right_ray=(*view.rays_ws[1], 0.0),
+            up_ray=(*view.rays_ws[2], 0.0),
+            jitter=clip_shift,
             pixel_m=view.pixel_m,
             time_s=time_s,
             density=view.density,

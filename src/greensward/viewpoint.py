@@ -34,6 +34,8 @@ def camera_view(camera: Camera, heights: HeightField, size_px: tuple[int, int]) 
     view_from_world = look(position, target)
     clip_from_view = perspective(camera.fov_y_deg, size_px[0] / size_px[1], camera.near_m, camera.far_m)
     axis = -view_from_world[2, :3]
+    half_height = np.tan(np.radians(camera.fov_y_deg) / 2.0)
+    half_width = half_height * size_px[0] / size_px[1]
     return View(
         purpose="picture",
         clip_from_world=clip_from_view @ view_from_world,
@@ -41,7 +43,8 @@ def camera_view(camera: Camera, heights: HeightField, size_px: tuple[int, int]) 
         axis_ws=np.array([*axis, -axis @ position]),
         camera_ws=position,
         size_px=size_px,
-        pixel_m=(2.0 * np.tan(np.radians(camera.fov_y_deg) / 2.0) / size_px[1], 0.0),
+        pixel_m=(2.0 * half_height / size_px[1], 0.0),
+        rays_ws=np.array([axis, half_width * view_from_world[0, :3], half_height * view_from_world[1, :3]]),
     )
 
 

@@ -39,6 +39,9 @@ class World:
         self._pool: list[Chunks] = []
         self._seen: dict[View, list[tuple[Page, Chunks]]] = {}
         self._shares: dict[View, list[npt.NDArray[np.float64]]] = {}
+        self._needed: list[tuple[Page, Chunks]] = []
+        self.views: tuple[View, ...] = ()
+        """The views that were culled for last."""
         self._focus: npt.NDArray[np.float64] | None = None
         # a camera may stray this far before blades are sown anew around it
         self._slack_m = 0.15 * scene.sowing.full_density_m
@@ -49,6 +52,7 @@ class World:
             return False
         self.field.sow(camera_ws, self._slack_m)
         self._focus = camera_ws.copy()
+        self.views = ()
         return True
 
     def bind(self) -> None:
@@ -58,6 +62,12 @@ class World:
 
     def move(self, instant: Instant) -> None:
         """Cull tiles for every view of the instant and take the postures that they need."""
+        if instant.views == self.views:
+            for page, needed in self._needed:
+                self._motion.take(page, needed, instant.time_s, instant.previous_time_s)
+            return
+        self.views = instant.views
+        self._needed = []
         sowing = self.scene.sowing
         pool = iter(self._pooled(len(self.field.pages) * (len(instant.views) + 1)))
         self._seen = {view: [] for view in instant.views}
@@ -74,6 +84,7 @@ class World:
                     self._seen[view].append((page, chunks))
             needed = next(pool)
             _select(needed, page, np.max(shares, axis=0))
+            self._needed.append((page, needed))
             self._motion.take(page, needed, instant.time_s, instant.previous_time_s)
 
     def chunks(self, view: View) -> Sequence[tuple[Page, Chunks]]:

@@ -17,7 +17,7 @@ Shell = Literal["fragment", "compute"]
 _VERTEX = """#version 430 core
 void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }
 """
-_IMAGE_FORMATS = {("f1", 4): "rgba8", ("f2", 4): "rgba16f", ("f4", 4): "rgba32f", ("f4", 1): "r32f"}
+_IMAGE_FORMATS = {"f1": "rgba8", "f2": "rgba16f", "f4": "rgba32f"}
 
 
 def best_shell(ctx: moderngl.Context) -> Shell:
@@ -26,39 +26,55 @@ def best_shell(ctx: moderngl.Context) -> Shell:
 
 
 class PixelPass:
-    """Runs `vec4 shade(ivec2 pixel)` of a shader file for every pixel of a target texture."""
+    """Runs `bool shade(ivec2 pixel, out vec4 result[TARGETS])` of a shader file for every pixel of its targets.
+
+    Where it returns false the targets keep what they hold. Targets have four components of the given dtypes.
+    """
 
     def __init__(
         self,
         ctx: moderngl.Context,
         path: str,
-        target_dtype: str,
+        target_dtypes: Sequence[str],
         *,
-        components: int = 4,
         shell: Shell | None = None,
-        defines: Mapping[str, object] = {},  # noqa: B006
+        defines: Mapping[str, object] = {},
     ) -> None:
         self._ctx = ctx
         self.shell = shell or best_shell(ctx)
-        self._framebuffers: dict[int, moderngl.Framebuffer] = {}
+        self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
+        targets = range(len(target_dtypes))
+        defines = {**defines, "TARGETS": len(target_dtypes)}
         if self.shell == "compute":
-            layout = _IMAGE_FORMATS[target_dtype, components]
+            declare = "".join(
+                f"layout({_IMAGE_FORMATS[dtype]}, binding = {i}) writeonly uniform image2D target{i};\n"
+                for i, dtype in enumerate(target_dtypes)
+            )
+            store = "".join(f"    imageStore(target{i}, pixel, result[{i}]);\n" for i in targets)
             main = (
                 f'#include "{path}"\n'
                 "layout(local_size_x = 8, local_size_y = 8) in;\n"
-                f"layout({layout}, binding = 0) writeonly uniform image2D target;\n"
+                f"{declare}"
                 "void main() {\n"
                 "    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);\n"
-                "    if (any(greaterThanEqual(pixel, imageSize(target)))) return;\n"
-                "    imageStore(target, pixel, shade(pixel));\n"
+                "    if (any(greaterThanEqual(pixel, imageSize(target0)))) return;\n"
+                "    vec4 result[TARGETS];\n"
+                "    if (!shade(pixel, result)) return;\n"
+                f"{store}"
                 "}\n"
             )
             self._compute = build_compute(ctx, "pixel_pass", defines, {"pixel_pass": main})
         else:
+            declare = "".join(f"layout(location = {i}) out vec4 target{i};\n" for i in targets)
+            store = "".join(f"    target{i} = result[{i}];\n" for i in targets)
             main = (
                 f'#include "{path}"\n'
-                "layout(location = 0) out vec4 target;\n"
-                "void main() { target = shade(ivec2(gl_FragCoord.xy)); }\n"
+                f"{declare}"
+                "void main() {\n"
+                "    vec4 result[TARGETS];\n"
+                "    if (!shade(ivec2(gl_FragCoord.xy), result)) discard;\n"
+                f"{store}"
+                "}\n"
             )
             source = assemble("pixel_pass", defines, {"pixel_pass": main})
             try:
@@ -67,25 +83,23 @@ class PixelPass:
                 raise ShaderError(locate(str(error), {"fragment_shader": source})) from None
             self._triangle = ctx.vertex_array(self._program, [])
 
-    def run(self, target: moderngl.Texture, uniforms: Sequence[tuple[str, object]] = ()) -> None:
-        """Shade every pixel of the target."""
-        program = self._compute if self.shell == "compute" else self._program
-        for name, value in uniforms:
-            if name in program:
-                program[name] = value
+    def run(self, *targets: moderngl.Texture) -> None:
+        """Shade every pixel of the targets, which are of one size."""
         if self.shell == "compute":
-            target.bind_to_image(0, read=False, write=True)
-            self._compute.run(-(-target.width // 8), -(-target.height // 8))
+            for unit, target in enumerate(targets):
+                target.bind_to_image(unit, read=False, write=True)
+            self._compute.run(-(-targets[0].width // 8), -(-targets[0].height // 8))
             self._ctx.memory_barrier(
                 moderngl.TEXTURE_FETCH_BARRIER_BIT
                 | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
                 | moderngl.FRAMEBUFFER_BARRIER_BIT
-                | 0x100  # GL_TEXTURE_UPDATE_BARRIER_BIT: read-back
+                | moderngl.TEXTURE_UPDATE_BARRIER_BIT
             )
             return
-        framebuffer = self._framebuffers.get(target.glo)
+        key = tuple(target.glo for target in targets)
+        framebuffer = self._framebuffers.get(key)
         if framebuffer is None:
-            framebuffer = self._framebuffers[target.glo] = self._ctx.framebuffer([target])
+            framebuffer = self._framebuffers[key] = self._ctx.framebuffer(list(targets))
         framebuffer.use()
         self._ctx.enable_only(moderngl.NOTHING)
         self._triangle.render(moderngl.TRIANGLES, vertices=3)

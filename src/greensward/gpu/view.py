@@ -1,6 +1,6 @@
 """What a draw call looks from: a camera, or the sun for a shadow map."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -20,6 +20,10 @@ VIEW_BLOCK = declare(
     ("axis_ws", "vec4"),  # unit view axis, and its offset: depth = dot(axis, p) + w
     ("camera_ws", "vec4"),  # where the picture is taken from, also while a shadow map is drawn; w is unused
     ("size_px", "vec4"),  # width, height and their inverses
+    ("corner_ray", "vec4"),  # rays one metre deep: through the middle of the picture,
+    ("right_ray", "vec4"),  # and what half its width
+    ("up_ray", "vec4"),  # and half its height add
+    ("jitter", "vec2"),  # of this sample, in clip space
     ("pixel_m", "vec2"),  # a pixel's size at depth d is x * d + y
     ("time_s", "float"),
     ("density", "float"),  # part of the blades to draw; the rest are widened
@@ -38,6 +42,8 @@ class View:
     size_px: tuple[int, int]
     pixel_m: tuple[float, float]
     density: float = 1.0
+    rays_ws: Matrix = field(default_factory=lambda: np.zeros((3, 3)))
+    """Rows: through the middle of a perspective picture, and what half its width and height add."""
 
     def planes_ws(self) -> Matrix:
         """The six clip planes, rows (nx, ny, nz, d), inside where n·p + d ≥ 0 (Gribb & Hartmann 2001)."""

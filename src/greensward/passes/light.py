@@ -18,9 +18,6 @@ LIGHT_BLOCK = declare(
     ("sky_sh", "vec4", 9),
     ("shadow_from_world", "mat4", 4),
     ("shadow_texel_m", "vec4"),
-    ("world_from_clip", "mat4"),
-    ("eye_ws", "vec4"),
-    ("axis_ws", "vec4"),
     ("haze", "float"),
     ("clouds", "float"),
     ("sky_strength", "float"),
@@ -29,7 +26,6 @@ LIGHT_BLOCK = declare(
     ("saturation", "float"),
     ("vignette", "float"),
     ("filmic", "int"),
-    ("canopy_m", "float"),
     ("sample_index", "int"),
 )
 _SUN = 20.0

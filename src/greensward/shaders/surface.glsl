@@ -1,8 +1,5 @@
 // The one way into the picture: every technique and pass fills a Surface and calls emitSurface.
-#include "shaders/octahedral.glsl"
-#include "block/View"
-
-const uint CLASS_SKY = 0u, CLASS_GROUND = 1u, CLASS_GRASS = 2u, CLASS_FLOWER = 3u, CLASS_OBJECT = 4u;
+#include "shaders/gbuffer.glsl"
 
 struct Surface {
     vec3 baseColour;      // linear, 0 to 1
@@ -12,8 +9,7 @@ struct Surface {
     float roughness;
     uint surfaceClass;
     uint bladeId;         // 0 where no blade shows
-    vec4 clip;            // this point now, without jitter
-    vec4 previousClip;    // the same point of the blade one frame ago
+    vec4 previousClip;    // this point of the surface one frame ago, without jitter
 };
 
 layout(location = 0) out vec4 gColour;
@@ -23,11 +19,10 @@ layout(location = 3) out uint gId;
 layout(location = 4) out float gDepth;
 
 void emitSurface(Surface s) {
-    // the square root keeps dark greens from banding in 8 bits
-    gColour = vec4(sqrt(clamp(s.baseColour, 0.0, 1.0)), s.transmittance);
-    gNormal = vec4(octahedralEncode(s.normal_ws), s.occlusion, s.roughness);
-    vec2 moved = s.clip.xy / s.clip.w - s.previousClip.xy / s.previousClip.w;
-    gMotion = 0.5 * moved * view.size_px.xy;
+    gColour = packColour(s.baseColour, s.transmittance);
+    gNormal = packNormal(s.normal_ws, s.occlusion, s.roughness);
+    vec2 now = gl_FragCoord.xy * view.size_px.zw * 2.0 - 1.0 - view.jitter;
+    gMotion = 0.5 * (now - s.previousClip.xy / s.previousClip.w) * view.size_px.xy;
     gId = s.surfaceClass << 27u | s.bladeId;
-    gDepth = s.clip.w;
+    gDepth = 1.0 / gl_FragCoord.w;
 }

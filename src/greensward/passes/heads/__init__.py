@@ -32,6 +32,7 @@ class Heads:
         }
         self._meshes = ctx.buffer(head_meshes().tobytes())
         self._drawn: dict[View, list[tuple[Page, Chunks, bool]]] = {}
+        self._drawn_for: tuple[View, ...] = ()
         self._pool: list[Chunks] = []
 
     def draw(self, view: View) -> None:
@@ -41,7 +42,6 @@ class Heads:
         array = self._arrays[view.purpose]
         program = array.program
         for page, heads, near in self._select(view):
-            self._world.bind()
             page.blades.bind_to_storage_buffer(BLADES)
             page.postures.bind_to_storage_buffer(POSTURES)
             heads.bind(CHUNKS)
@@ -55,11 +55,12 @@ class Heads:
             )
 
     def _select(self, view: View) -> list[tuple[Page, Chunks, bool]]:
-        """Heads by page, the near ones apart; the same for all samples of a frame."""
+        """Heads by page, the near ones apart; selected anew only when the world culls anew."""
+        if self._drawn_for is not self._world.views:
+            self._drawn_for = self._world.views
+            self._drawn.clear()
         if view in self._drawn:
             return self._drawn[view]
-        if view.purpose == "picture":
-            self._drawn.clear()
         found: list[tuple[Page, Chunks, bool]] = []
         reach = self._largest_m / (view.pixel_m[0] * _NEAR_PX) if view.pixel_m[0] else 0.0
         for page, tiles in self._world.seen_tiles(view):
@@ -68,7 +69,7 @@ class Heads:
                 some = tiles[(away < reach) == near]
                 some = some[page.tiles.heads[some] > 0]
                 if len(some):
-                    taken = sum(len(drawn) for drawn in self._drawn.values()) + len(found)
+                    taken = sum(map(len, self._drawn.values())) + len(found)
                     while len(self._pool) <= taken:
                         self._pool.append(Chunks(self._ctx, 1))
                     self._pool[taken].set(page.tiles.head_start[some], page.tiles.heads[some])

@@ -6,7 +6,6 @@ void main() {}
 in vec3 position_ws;
 in vec3 colour;
 in vec3 normal_ws;
-in vec4 clip;
 in vec4 previousClip;
 flat in uint blade;
 flat in uint isFlower;
@@ -23,7 +22,6 @@ void main() {
     s.roughness = 0.7;
     s.surfaceClass = isFlower == 1u ? CLASS_FLOWER : CLASS_GRASS;
     s.bladeId = firstId + blade;
-    s.clip = clip;
     s.previousClip = previousClip;
     emitSurface(s);
 }

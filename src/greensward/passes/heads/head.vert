@@ -18,7 +18,6 @@ uniform bool near;
 out vec3 position_ws;
 out vec3 colour;
 out vec3 normal_ws;
-out vec4 clip;
 out vec4 previousClip;
 flat out uint blade;
 flat out uint isFlower;
@@ -65,7 +64,6 @@ void main() {
     gl_Position = view.jittered_clip_from_world * vec4(tip + offset, 1.0);
 #ifndef SHADOW
     position_ws = tip + offset;
-    clip = view.clip_from_world * vec4(position_ws, 1.0);
     vec3 previousControl, previousTip;
     unpackPosture(postures[index].previous, root, previousControl, previousTip);
     previousClip = view.previous_clip_from_world * vec4(mix(root, previousTip, here) + offset, 1.0);

@@ -19,13 +19,13 @@ class Lighting:
     """Sun, sky, shadows and air over a G-buffer, into linear radiance."""
 
     def __init__(
-        self, ctx: moderngl.Context, scene: Scene, size: tuple[int, int], canopy_m: float, shell: Shell | None
+        self, ctx: moderngl.Context, scene: Scene, size: tuple[int, int], shell: Shell | None
     ) -> None:
         self._ctx = ctx
-        self._pass = PixelPass(ctx, "passes/lighting/lighting.glsl", "f2", shell=shell)
+        self._pass = PixelPass(ctx, "passes/lighting/lighting.glsl", ["f2"], shell=shell)
         self._sky = SkyTable(ctx, shell)
         self._block = BlockBuffer(ctx, LIGHT_BLOCK)
-        self._block.set(**light_values(scene), canopy_m=canopy_m)  # type: ignore[arg-type]
+        self._block.set(**light_values(scene))  # type: ignore[arg-type]
         harmonics = self._sky.fill(self._block)
         up = _irradiance_up(harmonics)
         self._block.set(
@@ -36,7 +36,7 @@ class Lighting:
         self._radiance = ctx.texture(size, 4, dtype="f2")
 
     def shade(
-        self, gbuffer: GBuffer, shadows: ShadowMaps, view: View, shadow_views: Sequence[View], sample: int
+        self, gbuffer: GBuffer, shadows: ShadowMaps, shadow_views: Sequence[View], sample: int
     ) -> moderngl.Texture:
         """Radiance of every pixel, RGBA half floats."""
         matrices, texels = np.tile(np.eye(4), (4, 1, 1)), np.ones(4)
@@ -46,9 +46,6 @@ class Lighting:
             shadow_from_world=matrices,
             shadow_texel_m=texels,
             cascades=len(shadow_views),
-            world_from_clip=np.linalg.inv(view.clip_from_world),
-            eye_ws=view.eye_ws,
-            axis_ws=view.axis_ws,
             sample_index=sample,
         )
         self._block.bind()

@@ -1,5 +1,5 @@
 // Light for every pixel of the G-buffer, once, the same for every technique.
-#include "shaders/octahedral.glsl"
+#include "shaders/gbuffer.glsl"
 #include "passes/sky/sky.glsl"
 #include "shaders/hash.glsl"
 
@@ -9,15 +9,6 @@ layout(binding = 7) uniform sampler2DShadow shadow2;
 layout(binding = 8) uniform sampler2DShadow shadow3;
 layout(binding = 10) uniform sampler2D gColour;
 layout(binding = 11) uniform sampler2D gNormal;
-layout(binding = 13) uniform usampler2D gId;
-layout(binding = 14) uniform sampler2D gDepth;
-
-vec3 worldAt(ivec2 pixel, float depth_m, out vec3 ray) {
-    vec2 ndc = (vec2(pixel) + 0.5) / vec2(textureSize(gDepth, 0)) * 2.0 - 1.0;
-    vec4 far = light.world_from_clip * vec4(ndc, 1.0, 1.0);
-    ray = normalize(far.xyz / far.w - light.eye_ws.xyz);
-    return light.eye_ws.xyz + ray * (depth_m / dot(ray, light.axis_ws.xyz));
-}
 
 float tap(int cascade, vec3 at) {
     switch (cascade) {
@@ -83,12 +74,13 @@ vec3 throughAir(vec3 colour, vec3 ray, float distance_m) {
     return colour * through + clearSky(level) * (1.0 - through);
 }
 
-vec4 shade(ivec2 pixel) {
-    float depth_m = texelFetch(gDepth, pixel, 0).r;
-    uint kind = texelFetch(gId, pixel, 0).r >> 27u;
-    vec3 ray;
-    vec3 p = worldAt(pixel, kind == 0u ? 1.0 : depth_m, ray);
-    if (kind == 0u) return vec4(skyRadiance(ray), 1.0);
+bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
+    vec3 ray = normalize(rayThrough(pixel));
+    if (classAt(pixel) == CLASS_SKY) {
+        result[0] = vec4(skyRadiance(ray), 1.0);
+        return true;
+    }
+    vec3 p = worldAt(pixel);
 
     vec4 c = texelFetch(gColour, pixel, 0), n4 = texelFetch(gNormal, pixel, 0);
     vec3 albedo = c.rgb * c.rgb, n = octahedralDecode(n4.xy);
@@ -108,5 +100,6 @@ vec4 shade(ivec2 pixel) {
 
     vec3 sky = skyIrradiance(n);
     colour += (albedo * sky + through * skyIrradiance(-n) * 0.7) / PI * open;
-    return vec4(throughAir(colour, ray, length(p - light.eye_ws.xyz)), 1.0);
+    result[0] = vec4(throughAir(colour, ray, length(p - view.eye_ws.xyz)), 1.0);
+    return true;
 }

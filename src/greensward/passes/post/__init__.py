@@ -16,8 +16,8 @@ class Post:
 
     def __init__(self, ctx: moderngl.Context, size: tuple[int, int], shell: Shell | None) -> None:
         self._ctx = ctx
-        self._tone = PixelPass(ctx, "passes/post/tone.glsl", "f4", shell=shell)
-        self._encode = PixelPass(ctx, "passes/post/encode.glsl", "f1", shell=shell)
+        self._tone = PixelPass(ctx, "passes/post/tone.glsl", ["f4"], shell=shell)
+        self._encode = PixelPass(ctx, "passes/post/encode.glsl", ["f1"], shell=shell)
         program = build(ctx, "passes/post/blit.vert", "passes/post/blit.frag")
         self._blit = ctx.vertex_array(program, [])
         self._allocate(size)

@@ -10,7 +10,7 @@ vec3 hable(vec3 x) {
     return (x * (A * x + C * B) + D * E) / (x * (A * x + B) + D * F) - E / F;
 }
 
-vec4 shade(ivec2 pixel) {
+bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 c = texelFetch(radiance, pixel, 0).rgb * light.exposure;
     vec2 uv = (vec2(pixel) + 0.5) / vec2(textureSize(radiance, 0)) - 0.5;
     c *= 1.0 - light.vignette * smoothstep(0.15, 0.75, length(uv));
@@ -22,5 +22,6 @@ vec4 shade(ivec2 pixel) {
     }
     c = mix(vec3(dot(c, vec3(0.2126, 0.7152, 0.0722))), c, light.saturation);
     c = clamp(c, 0.0, 1.0);
-    return vec4(mix(texelFetch(sofar, pixel, 0).rgb, c, 1.0 / float(light.sample_index + 1)), 1.0);
+    result[0] = vec4(mix(texelFetch(sofar, pixel, 0).rgb, c, 1.0 / float(light.sample_index + 1)), 1.0);
+    return true;
 }

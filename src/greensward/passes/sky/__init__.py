@@ -15,7 +15,7 @@ class SkyTable:
     """Radiance of the clear sky for every direction; drawn once per sun and air."""
 
     def __init__(self, ctx: moderngl.Context, shell: Shell | None = None) -> None:
-        self._pass = PixelPass(ctx, "passes/sky/table.glsl", "f4", shell=shell)
+        self._pass = PixelPass(ctx, "passes/sky/table.glsl", ["f4"], shell=shell)
         self._texture = ctx.texture(_SIZE, 4, dtype="f4")
         self._texture.filter = moderngl.LINEAR, moderngl.LINEAR
         self._texture.repeat_x, self._texture.repeat_y = True, False

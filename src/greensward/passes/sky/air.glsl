@@ -30,10 +30,15 @@ bool meetsEarth(vec3 p, vec3 d) {
 // Part of the light that reaches p from outside the air
 vec3 sunThroughAir(vec3 p, vec3 toSun) {
     if (meetsEarth(p, toSun)) return vec3(0.0);
-    float step_km = toSphere(p, toSun, AIR_KM) / 10.0;
+    float span = toSphere(p, toSun, AIR_KM), previous = 0.0;
     vec3 amount = vec3(0.0);
-    for (int i = 0; i < 10; i++) amount += airAt(length(p + toSun * (float(i) + 0.5) * step_km) - EARTH_KM);
-    return exp(-extinction(amount * step_km));
+    for (int i = 1; i <= 10; i++) {
+        // steps that grow: most of the air is at the start
+        float next = span * float(i * i) * 0.01;
+        amount += airAt(length(p + toSun * 0.5 * (previous + next)) - EARTH_KM) * (next - previous);
+        previous = next;
+    }
+    return exp(-extinction(amount));
 }
 
 float rayleighPhase(float mu) { return 3.0 / (16.0 * PI) * (1.0 + mu * mu); }

@@ -7,7 +7,7 @@ vec3 tableDirection(vec2 uv) {
     return vec3(cos(elevation) * cos(azimuth), sin(elevation), cos(elevation) * sin(azimuth));
 }
 
-vec4 shade(ivec2 pixel) {
+bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 d = tableDirection((vec2(pixel) + 0.5) / vec2(256.0, 128.0));
     vec3 eye = vec3(0.0, EARTH_KM + 0.3, 0.0), toSun = light.to_sun.xyz;
     // below the horizon the table holds the haze in front of the ground, for distance and for light from below
@@ -33,5 +33,6 @@ vec4 shade(ivec2 pixel) {
     radiance *= light.sun_outside.rgb * light.sky_strength;
     // the ground below gives back some of what falls on it
     float below = smoothstep(0.0, -0.12, d.y);
-    return vec4(mix(radiance, radiance * vec3(0.20, 0.23, 0.12), below), 1.0);
+    result[0] = vec4(mix(radiance, radiance * vec3(0.20, 0.23, 0.12), below), 1.0);
+    return true;
 }

@@ -21,7 +21,6 @@ void main() {
     s.roughness = colour.w;
     s.surfaceClass = CLASS_OBJECT;
     s.bladeId = 0u;
-    s.clip = view.clip_from_world * vec4(position_ws, 1.0);
     s.previousClip = view.previous_clip_from_world * vec4(position_ws, 1.0);
     emitSurface(s);
 }

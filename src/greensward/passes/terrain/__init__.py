@@ -5,8 +5,10 @@ import math
 import moderngl
 import numpy as np
 
+from greensward.gpu.pixel_pass import PixelPass, Shell
 from greensward.gpu.program import build
 from greensward.gpu.view import View
+from greensward.passes.gbuffer import GBuffer
 from greensward.world import World
 
 _CELLS = 96  # per side of a level
@@ -16,8 +18,7 @@ _FOLDER = "passes/terrain"
 class Terrain:
     """Draws the ground with the colour of soil, maps, and of the sward where blades end."""
 
-    def __init__(self, ctx: moderngl.Context, world: World) -> None:
-        self._world = world
+    def __init__(self, ctx: moderngl.Context, world: World, shell: Shell | None) -> None:
         cell = min(world.ground.heights.cell_m())
         self._spacing = min(max(2.0 ** math.floor(math.log2(cell)), 0.25), 1.0)
         far = world.scene.camera.far_m
@@ -28,9 +29,11 @@ class Terrain:
         vertices, indices, ring = _grid()
         self._corners = ctx.buffer(vertices.tobytes())
         self._full, self._ring = ctx.buffer(indices.tobytes()), ctx.buffer(ring.tobytes())
+        self._material = PixelPass(ctx, f"{_FOLDER}/material.glsl", ["f1", "f2"], shell=shell)
         self._arrays = {}
         for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1})):
             program = build(ctx, f"{_FOLDER}/terrain.vert", f"{_FOLDER}/terrain.frag", defines=defines)
+            program["finest"] = self._spacing
             content = [(self._corners, "2f4", "corner")]
             self._arrays[purpose] = (
                 ctx.vertex_array(program, content, self._full),
@@ -38,19 +41,22 @@ class Terrain:
             )
 
     def draw(self, view: View) -> None:
-        """Draw all levels that lie within the view's reach."""
-        self._world.bind()
-        full, ring = self._arrays[view.purpose]
-        program = full.program
-        for level in range(self._levels):
-            spacing = self._spacing * 2.0**level
-            # even multiples keep coarse vertices on fine ones as the camera moves
-            origin = np.round(view.camera_ws[[0, 2]] / (2.0 * spacing)) * 2.0 * spacing
-            program["grid"] = (*origin, spacing, 0.0)
-            (ring if level else full).render(moderngl.TRIANGLES)
+        """Draw the surface: depth and ids; its colour and normal come later, where it is seen."""
+        full, rings = self._arrays[view.purpose]
+        full.program["firstLevel"] = 0
+        full.render(moderngl.TRIANGLES)
+        if self._levels > 1:
+            full.program["firstLevel"] = 1
+            rings.render(moderngl.TRIANGLES, instances=self._levels - 1)
+
+    def paint(self, gbuffer: GBuffer) -> None:
+        """Fill in colour and normal of the pixels that show ground."""
+        gbuffer.bind()
+        self._material.run(gbuffer.colour, gbuffer.normal)
 
     def release(self) -> None:
         """Free the GPU resources."""
+        self._material.release()
         for arrays in self._arrays.values():
             arrays[0].program.release()
             for array in arrays:

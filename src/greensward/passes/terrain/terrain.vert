@@ -1,13 +1,18 @@
 #include "ground/ground.glsl"
 #include "block/View"
 
-in vec2 corner;
-uniform vec4 grid;  // middle x and z, spacing
+in vec2 corner;      // in cells from the middle
+uniform float finest;  // spacing of level 0, metres
+uniform int firstLevel;
 
-out vec3 position_ws;
+out vec4 previousClip;
 
 void main() {
-    vec2 xz = grid.xy + corner * grid.z;
-    position_ws = vec3(xz.x, groundHeight(xz), xz.y);
-    gl_Position = view.jittered_clip_from_world * vec4(position_ws, 1.0);
+    float spacing = finest * exp2(float(firstLevel + gl_InstanceID));
+    // even multiples keep coarse vertices on fine ones as the camera moves
+    vec2 middle = round(view.camera_ws.xz / (2.0 * spacing)) * 2.0 * spacing;
+    vec2 xz = middle + corner * spacing;
+    vec4 position_ws = vec4(xz.x, groundHeight(xz), xz.y, 1.0);
+    previousClip = view.previous_clip_from_world * position_ws;
+    gl_Position = view.jittered_clip_from_world * position_ws;
 }

@@ -58,7 +58,6 @@ class BezierBlades:
 
     def draw(self, view: View) -> None:
         """Draw every blade that the view may show."""
-        self._world.bind()
         self._block.bind()
         self._ctx.patch_vertices = 1
         array = self._arrays[view.purpose]

@@ -5,9 +5,7 @@ void main() {}
 
 in vec3 colour;
 in vec3 normal_ws;
-in vec3 position_ws;
 in vec3 gloss;
-in vec4 clip;
 in vec4 previousClip;
 flat in uint blade;
 
@@ -22,7 +20,6 @@ void main() {
     s.roughness = gloss.y;
     s.surfaceClass = CLASS_GRASS;
     s.bladeId = firstId + blade;
-    s.clip = clip;
     s.previousClip = previousClip;
     emitSurface(s);
 }

@@ -24,9 +24,7 @@ patch in uint bladeIndex;
 
 out vec3 colour;
 out vec3 normal_ws;
-out vec3 position_ws;
 out vec3 gloss;          // transmittance, roughness, occlusion
-out vec4 clip;
 out vec4 previousClip;
 flat out uint blade;
 #endif
@@ -44,8 +42,7 @@ void main() {
     gl_Position = view.jittered_clip_from_world * vec4(centre + offset, 1.0);
 
 #ifndef SHADOW
-    position_ws = centre + offset;
-    clip = view.clip_from_world * vec4(position_ws, 1.0);
+    vec3 position_ws = centre + offset;
     previousClip = view.previous_clip_from_world
         * vec4(bezierPoint(root, previousControl, previousTip, v) + offset, 1.0);
 

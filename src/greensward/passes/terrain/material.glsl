@@ -1,0 +1,68 @@
+// Colour and normal of the ground where it is seen: soil, maps, and the sward where blades end.
+#include "sowing/sward.glsl"
+#include "shaders/gbuffer.glsl"
+
+layout(binding = 1) uniform sampler2D soil;
+layout(binding = 2) uniform sampler2D terrainMap;
+
+// A texture without visible tiling: three copies, shifted at random per hexagon and blended with their contrast kept
+// (Heitz & Neyret 2018, "High-Performance By-Example Noise", equation 2; hexagons after Mikkelsen 2022).
+vec3 untiled(vec2 uv, vec2 dx, vec2 dy) {
+    const mat2 skew = mat2(1.0, 0.0, -0.57735027, 1.15470054);
+    vec2 s = skew * uv * 1.7;
+    ivec2 base = ivec2(floor(s));
+    vec3 t = vec3(fract(s), 0.0);
+    t.z = 1.0 - t.x - t.y;
+    vec3 w = t.z > 0.0 ? vec3(t.z, t.y, t.x) : vec3(-t.z, 1.0 - t.y, 1.0 - t.x);
+    ivec2 a = t.z > 0.0 ? base : base + ivec2(1, 1);
+    ivec2 b = t.z > 0.0 ? base + ivec2(0, 1) : base + ivec2(1, 0);
+    ivec2 c = t.z > 0.0 ? base + ivec2(1, 0) : base + ivec2(0, 1);
+    vec3 ta = textureGrad(soil, uv + unit(hash3(uvec3(uvec2(a), 1u))).xy, dx, dy).rgb;
+    vec3 tb = textureGrad(soil, uv + unit(hash3(uvec3(uvec2(b), 1u))).xy, dx, dy).rgb;
+    vec3 tc = textureGrad(soil, uv + unit(hash3(uvec3(uvec2(c), 1u))).xy, dx, dy).rgb;
+    vec3 mean = ground.soil_mean.rgb;
+    vec3 mixed = w.x * (ta - mean) + w.y * (tb - mean) + w.z * (tc - mean);
+    return max(mean + mixed * inversesqrt(dot(w, w)), 0.0);
+}
+
+// Where a neighbouring pixel's ray meets the plane of the ground here: the footprint of a pixel
+vec2 onPlane(ivec2 pixel, vec3 p, vec3 normal) {
+    vec3 ray = rayThrough(pixel);
+    float slant = dot(normal, ray);
+    float along = dot(normal, p - view.eye_ws.xyz) / (abs(slant) > 1e-3 ? slant : -1e-3);
+    return (view.eye_ws.xyz + ray * along).xz;
+}
+
+bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
+    if (classAt(pixel) != CLASS_GROUND) return false;
+    vec3 position_ws = worldAt(pixel);
+    vec2 xz = position_ws.xz;
+    float away = distance(position_ws, view.camera_ws.xyz);
+    vec3 normal = groundNormal(xz);
+    Sward s = swardAt(xz);
+    vec4 grass = swardColour(xz, s);
+    float grown = s.density * slopeShare(normal.y) * smoothstep(0.0, 40.0, sward.density_per_m2);
+    if (sward.count == 0) grown = 0.0;
+
+    // Equation 1 of Jahrmann & Wimmer 2013: the terrain map over the tile's texture by its alpha
+    vec4 map = texture(terrainMap, mapUv(xz));
+    vec3 bare = mix(untiled(xz * ground.soil_per_m, ground.soil_per_m * (onPlane(pixel + ivec2(1, 0), position_ws, normal) - xz), ground.soil_per_m * (onPlane(pixel + ivec2(0, 1), position_ws, normal) - xz)), map.rgb, map.a);
+    bare *= 1.0 + 0.25 * driftAt(xz * 1.7, 5003u);
+
+    // Blades thin out with distance; the ground takes on what they would have shown.
+    float thinned = 1.0 - keptShare(away);
+    float beyond = smoothstep(0.8, 1.0, away / sward.reach_m);
+    float covered = mix(grown, smoothstep(0.05, 0.45, grown), max(thinned, beyond));
+    float turf = covered * clamp(max(0.25 + 0.75 * thinned, beyond), 0.0, 1.0);
+    float mottled = 1.0 + 0.16 * simplex(xz * 0.9, 77u) * (1.0 - smoothstep(5.0, 60.0, away)) + 0.1 * simplex(xz * 0.07, 78u);
+
+    // seen from afar the ground is a wall of blades, each turned to the viewer as much as up
+    vec3 toViewer = normalize(view.eye_ws.xyz - position_ws);
+    vec3 wall = normalize(0.8 * normalize(toViewer - normal * dot(toViewer, normal)) + 0.75 * normal);
+    vec3 shading = normalize(mix(normal, wall, turf * max(thinned, beyond)));
+    // under a sward little light arrives; from afar the ground stands for its tips
+    float open = mix(1.0, mix(0.3, 0.85, max(thinned * thinned, beyond)), grown);
+    result[0] = packColour(mix(bare, grass.rgb * mottled, turf), turf * grass.w * 0.85);
+    result[1] = packNormal(shading, open, 0.95);
+    return true;
+}
