@@ -2,7 +2,7 @@
 
     python examples/hillside.py -o hillside
 
-writes a scene folder (scene.toml, elevation.npz, density.png, vegetation.png) with near.png and far.png.
+writes a scene folder (scene.toml, elevation.npz, three maps) with near.png and far.png.
 """
 
 import argparse
@@ -40,7 +40,7 @@ def enlarged(values, size):
 
 
 def maps(heights, size_m):
-    """Density and vegetation: nothing on steep slopes, less, shorter and drier grass towards the tops."""
+    """Density, bare earth and vegetation: nothing on steep slopes, less, shorter and drier grass towards the tops."""
     rows, columns = heights.shape
     rise_z, rise_x = np.gradient(heights, size_m[1] / (rows - 1), size_m[0] / (columns - 1))
     size = columns * FINER, rows * FINER
@@ -49,8 +49,11 @@ def maps(heights, size_m):
     random = np.random.default_rng(5)
     noises = (random.normal(0.0, 2.2, (rows * k // 2, columns * k // 2)) for k in (1, 2, 4, 8))
     ragged = sum(enlarged(noise, size) for noise in noises)
-    density = np.clip((25.0 + ragged - slope_deg) / 4.0, 0.0, 1.0) * (1.0 - 0.6 * top)
+    density = np.clip((27.0 + ragged - slope_deg) / 7.0, 0.0, 1.0) * (1.0 - 0.6 * top)
     yield "density.png", np.dstack([density, np.zeros_like(density), 1.0 - 0.5 * top])  # red; unused; height
+    earth = np.clip(0.5 + 0.1 * ragged, 0.0, 1.0)[..., None]
+    pale, dark = np.array([0.64, 0.56, 0.42, 1.0]), np.array([0.46, 0.42, 0.36, 1.0])
+    yield "terrain.png", pale * earth + dark * (1.0 - earth)
     straw = 0.7 * np.clip(top + 0.05 * ragged, 0.0, 1.0)
     yield "vegetation.png", np.dstack([np.full((*straw.shape, 3), (0.69, 0.6, 0.36)), straw])
 
@@ -64,7 +67,7 @@ def make(folder):
         Image.fromarray(np.round(255.0 * map_).astype(np.uint8)).save(folder / name)
     scene = gs.Scene(
         title="Hillside at the Jacksboro fault",
-        ground=gs.HeightMapGround(file="elevation.npz", size_m=size_m),
+        ground=gs.HeightMapGround(file="elevation.npz", terrain_map="terrain.png", size_m=size_m),
         sowing=gs.Sowing(
             density_map="density.png", vegetation_map="vegetation.png", max_slope_deg=30, reach_m=500
         ),
@@ -74,8 +77,8 @@ def make(folder):
             gs.Grass(species="bent", share=0.06, patchiness=0.8),
             gs.Grass(species="daisy", share=0.02, patchiness=0.9),
         ),
-        sun=gs.Sun(azimuth_deg=308, elevation_deg=15),
-        sky=gs.Sky(haze=1.6),
+        sun=gs.Sun(azimuth_deg=295, elevation_deg=20),
+        sky=gs.Sky(haze=1.3),
         camera=CAMERAS["near"],
         post=gs.Post(saturation=0.9),
     )

@@ -18,11 +18,19 @@ def session_ctx() -> Iterator[moderngl.Context]:
     ctx.release()
 
 
+@pytest.fixture(scope="session")
+def resting_place(session_ctx: moderngl.Context) -> moderngl.Framebuffer:
+    """What is bound when a test starts; a headless context has no screen."""
+    with session_ctx:
+        return session_ctx.simple_framebuffer((1, 1))
+
+
 @pytest.fixture
-def ctx(session_ctx: moderngl.Context) -> Iterator[moderngl.Context]:
+def ctx(session_ctx: moderngl.Context, resting_place: moderngl.Framebuffer) -> Iterator[moderngl.Context]:
     """The shared context; a test that leaves an OpenGL error behind fails."""
     with session_ctx:  # whoever released or left another context since left none current
         assert session_ctx.error == "GL_NO_ERROR"
+        resting_place.use()  # what the test before left bound may be gone
         yield session_ctx
         assert session_ctx.error == "GL_NO_ERROR"
 

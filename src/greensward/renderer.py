@@ -108,7 +108,7 @@ class Renderer:
     @property
     def blades_in_view(self) -> int:
         """Blades handed to the technique for the last picture, before its own tests."""
-        return sum(chunks.blades for _, chunks in self._world.chunks(self._view))
+        return sum(seen.blades.items for seen in self._world.seen(self._view))
 
     @property
     def field_bytes(self) -> int:

@@ -7,7 +7,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.culling import Chunks, share_needed
+from greensward.culling import ChunkTable, Span, distance_to, shares_needed
 from greensward.gpu.view import View
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
@@ -15,7 +15,11 @@ from greensward.motion import Postures
 from greensward.scene import Scene
 from greensward.sowing import Field, Page
 
-BLADES, POSTURES, CHUNKS, HEADS = range(4)
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+_NEAR_HEAD_PX = 9.0  # heads smaller than this on the screen are drawn simply
+BLADES, POSTURES, CHUNKS, HEADS, MESHES, RECORDS = range(6)
+"""Shader-storage bindings while the field is drawn."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,16 @@ class Instant:
     views: tuple[View, ...]
 
 
+@dataclass(frozen=True)
+class Seen:
+    """What a view may show of a page: chunks of blades, nearest tiles first, and heads, near and far."""
+
+    page: Page
+    blades: Span
+    near_heads: Span
+    far_heads: Span
+
+
 class World:
     """Ground, field and motion of a scene on one context."""
 
@@ -36,17 +50,19 @@ class World:
         self.ground = GroundGpu(ctx, scene, heights)
         self.field = Field(ctx, scene, self.ground)
         self._motion = Postures(ctx, scene)
-        self._pool: list[Chunks] = []
-        self._seen: dict[View, list[tuple[Page, Chunks]]] = {}
-        self._shares: dict[View, list[npt.NDArray[np.float64]]] = {}
-        self._needed: list[tuple[Page, Chunks]] = []
+        self.chunks = ChunkTable(ctx)
+        self._seen: dict[View, list[Seen]] = {}
+        self._moving: list[tuple[Page, Span]] = []
         self.views: tuple[View, ...] = ()
         """The views that were culled for last."""
-        self._focus: npt.NDArray[np.float64] | None = None
+        self._largest_head_m = max(
+            (grass.head_size_m[1] for grass in scene.grass if grass.head != "none"), default=0.0
+        )
+        self._focus: Floats | None = None
         # a camera may stray this far before blades are sown anew around it
         self._slack_m = 0.15 * scene.sowing.full_density_m
 
-    def follow(self, camera_ws: npt.NDArray[np.float64]) -> bool:
+    def follow(self, camera_ws: Floats) -> bool:
         """Sow the field around the camera if it strayed; returns whether it did."""
         if self._focus is not None and np.linalg.norm(camera_ws - self._focus) <= self._slack_m:
             return False
@@ -61,55 +77,54 @@ class World:
         self.field.block.bind()
 
     def move(self, instant: Instant) -> None:
-        """Cull tiles for every view of the instant and take the postures that they need."""
-        if instant.views == self.views:
-            for page, needed in self._needed:
-                self._motion.take(page, needed, instant.time_s, instant.previous_time_s)
-            return
-        self.views = instant.views
-        self._needed = []
+        """Cull for the instant's views if they changed, and take the postures that they need."""
+        if instant.views != self.views:
+            self._cull(instant.views)
+        self.chunks.bind(CHUNKS)
+        for page, span in self._moving:
+            self._motion.take(page, span, instant.time_s, instant.previous_time_s)
+
+    def _cull(self, views: tuple[View, ...]) -> None:
         sowing = self.scene.sowing
-        pool = iter(self._pooled(len(self.field.pages) * (len(instant.views) + 1)))
-        self._seen = {view: [] for view in instant.views}
-        self._shares = {view: [] for view in instant.views}
+        self.views = views
+        self._seen, self._moving = {view: [] for view in views}, []
+        self.chunks.clear()
         for page in self.field.pages:
-            shares = [
-                share_needed(page.tiles, view, sowing.full_density_m, sowing.reach_m) for view in instant.views
-            ]
-            for view, share in zip(instant.views, shares, strict=True):
-                self._shares[view].append(share)
-                chunks = next(pool)
-                _select(chunks, page, share)
-                if chunks.count:
-                    self._seen[view].append((page, chunks))
-            needed = next(pool)
-            _select(needed, page, np.max(shares, axis=0))
-            self._needed.append((page, needed))
-            self._motion.take(page, needed, instant.time_s, instant.previous_time_s)
+            tiles = page.tiles
+            away = distance_to(tiles, views[0].camera_ws)
+            # the nearest first, so that what they hide is rejected by its depth
+            order = np.argsort(away, kind="stable")
+            shares = shares_needed(tiles, views, away, sowing.full_density_m, sowing.reach_m)[:, order]
+            eighths = np.ceil(shares * 8.0).astype(np.int64)
+            for view, needed in zip(views, eighths, strict=True):
+                blades = self._blades(page, order, needed)
+                if blades.count:
+                    near, far = self._heads(page, order[needed > 0], away, view)
+                    self._seen[view].append(Seen(page, blades, near, far))
+            self._moving.append((page, self._blades(page, order, eighths.max(axis=0))))
+        self.chunks.cut()
 
-    def chunks(self, view: View) -> Sequence[tuple[Page, Chunks]]:
-        """Pages of the field with the chunks of blades that the view may show."""
+    def _blades(self, page: Page, order: Indices, eighths: Indices) -> Span:
+        some = eighths > 0
+        at = order[some]
+        return self.chunks.add(page.tiles.start[at], page.tiles.up_to[at, eighths[some] - 1])
+
+    def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[Span, Span]:
+        near_m = self._largest_head_m / (view.pixel_m[0] * _NEAR_HEAD_PX) if view.pixel_m[0] else 0.0
+        near = away[at] < near_m
+        start, length = page.tiles.head_start[at], page.tiles.heads[at]
+        return (
+            self.chunks.add(start[near], length[near], 1),
+            self.chunks.add(start[~near], length[~near], 1),
+        )
+
+    def seen(self, view: View) -> Sequence[Seen]:
+        """What the view may show, by page of the field."""
         return self._seen.get(view, ())
-
-    def seen_tiles(self, view: View) -> Sequence[tuple[Page, npt.NDArray[np.int64]]]:
-        """Pages of the field with the numbers of the tiles that the view may show."""
-        return [(p, np.flatnonzero(s)) for p, s in zip(self.field.pages, self._shares[view], strict=True)]
-
-    def _pooled(self, count: int) -> list[Chunks]:
-        while len(self._pool) < count:
-            self._pool.append(Chunks(self.ctx))
-        return self._pool
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for chunks in self._pool:
-            chunks.release()
+        self.chunks.release()
         self._motion.release()
         self.field.release()
         self.ground.release()
-
-
-def _select(chunks: Chunks, page: Page, share: npt.NDArray[np.float64]) -> None:
-    bin_ = np.clip(np.ceil(share * 8.0).astype(np.int64), 0, 8)
-    at = np.flatnonzero(bin_)
-    chunks.set(page.tiles.start[at], page.tiles.up_to[at, bin_[at] - 1])

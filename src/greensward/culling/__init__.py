@@ -1,5 +1,6 @@
-"""WHICH blades are drawn: tiles against the view, and how many of each."""
+"""WHICH blades are drawn: tiles against the views, and how many of each."""
 
-from greensward.culling.tiles import CHUNK, Chunks, share_needed, visible
+from greensward.culling.chunks import CHUNK, ChunkTable, Span
+from greensward.culling.tiles import distance_to, shares_needed, visible
 
-__all__ = ["CHUNK", "Chunks", "share_needed", "visible"]
+__all__ = ["CHUNK", "ChunkTable", "Span", "distance_to", "shares_needed", "visible"]

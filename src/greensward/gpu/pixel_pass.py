@@ -42,7 +42,7 @@ class PixelPass:
     ) -> None:
         self._ctx = ctx
         self.shell = shell or best_shell(ctx)
-        self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
+        self._framebuffers: list[tuple[tuple[moderngl.Texture, ...], moderngl.Framebuffer]] = []
         targets = range(len(target_dtypes))
         defines = {**defines, "TARGETS": len(target_dtypes)}
         if self.shell == "compute":
@@ -96,17 +96,28 @@ class PixelPass:
                 | moderngl.TEXTURE_UPDATE_BARRIER_BIT
             )
             return
-        key = tuple(target.glo for target in targets)
-        framebuffer = self._framebuffers.get(key)
-        if framebuffer is None:
-            framebuffer = self._framebuffers[key] = self._ctx.framebuffer(list(targets))
-        framebuffer.use()
+        self._framebuffer(targets).use()
         self._ctx.enable_only(moderngl.NOTHING)
         self._triangle.render(moderngl.TRIANGLES, vertices=3)
 
+    def _framebuffer(self, targets: tuple[moderngl.Texture, ...]) -> moderngl.Framebuffer:
+        for textures, framebuffer in self._framebuffers:
+            if textures == targets:
+                return framebuffer
+        framebuffer = self._ctx.framebuffer(list(targets))
+        kept = [(targets, framebuffer)]
+        for textures, old in self._framebuffers:
+            # what a released texture held stays in memory while a framebuffer has it, and its name may come again
+            if any(isinstance(texture.mglo, moderngl.InvalidObject) for texture in textures):
+                old.release()
+            else:
+                kept.append((textures, old))
+        self._framebuffers = kept
+        return framebuffer
+
     def release(self) -> None:
         """Free program and framebuffers."""
-        for framebuffer in self._framebuffers.values():
+        for _, framebuffer in self._framebuffers:
             framebuffer.release()
         if self.shell == "compute":
             self._compute.release()

@@ -7,6 +7,7 @@ layout(std430, binding = 0) readonly buffer Blades { Blade blades[]; };
 layout(std430, binding = 1) writeonly buffer Postures { Posture postures[]; };
 layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
 
+uniform int firstChunk;
 uniform int chunkCount;
 uniform float timeNow;
 uniform float timePrevious;
@@ -19,8 +20,10 @@ uint[3] posture(Blade b, float time_s) {
 
 void main() {
     uint chunk = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    if (chunk >= uint(chunkCount) || gl_LocalInvocationID.x >= chunks[chunk].y) return;
-    uint i = chunks[chunk].x + gl_LocalInvocationID.x;
+    if (chunk >= uint(chunkCount)) return;
+    uvec2 run = chunks[uint(firstChunk) + chunk];
+    if (gl_LocalInvocationID.x >= run.y) return;
+    uint i = run.x + gl_LocalInvocationID.x;
     Blade b = blades[i];
     Posture p;
     p.now = posture(b, timeNow);

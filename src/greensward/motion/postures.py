@@ -2,7 +2,7 @@
 
 import moderngl
 
-from greensward.culling import Chunks
+from greensward.culling import Span
 from greensward.gpu.blocks import BlockBuffer
 from greensward.gpu.program import build_compute
 from greensward.motion.winds import WINDS_BLOCK, wind_values
@@ -19,19 +19,19 @@ class Postures:
         self._block.set(**wind_values(scene.wind, scene.seed))  # type: ignore[arg-type]
         self._shader = build_compute(ctx, "motion/postures.comp")
 
-    def take(self, page: Page, chunks: Chunks, time_s: float, previous_time_s: float) -> None:
-        """Write the postures of these chunks of a page at two instants."""
-        if not chunks.count:
+    def take(self, page: Page, span: Span, time_s: float, previous_time_s: float) -> None:
+        """Write the postures of these chunks of a page at two instants. The chunk table is bound to 2."""
+        if not span.count:
             return
         self._block.bind()
         page.blades.bind_to_storage_buffer(0)
         page.postures.bind_to_storage_buffer(1)
-        chunks.bind(2)
-        self._shader["chunkCount"] = chunks.count
+        self._shader["firstChunk"] = span.first
+        self._shader["chunkCount"] = span.count
         self._shader["timeNow"] = time_s
         self._shader["timePrevious"] = previous_time_s
-        columns = min(chunks.count, 32768)
-        self._shader.run(columns, -(-chunks.count // columns))
+        columns = min(span.count, 32768)
+        self._shader.run(columns, -(-span.count // columns))
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def release(self) -> None:

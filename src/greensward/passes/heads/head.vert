@@ -13,6 +13,7 @@ const int NEAR_VERTICES = 108, FAR_VERTICES = 12;
 const float FIRST_FLOWER = 3.0;  // panicle and spike are seed heads
 
 uniform bool near;
+uniform int firstChunk;
 
 #ifndef SHADOW
 out vec3 position_ws;
@@ -24,7 +25,7 @@ flat out uint isFlower;
 #endif
 
 void main() {
-    uint index = heads[chunks[gl_InstanceID].x];
+    uint index = heads[chunks[firstChunk + gl_InstanceID].x];
     Blade b = blades[index];
     vec3 root = bladeRoot(b);
     float away = distance(root, view.camera_ws.xyz), widening;

@@ -1,0 +1,53 @@
+"""Blades and postures as they lie on the GPU, read back."""
+
+import numpy as np
+
+from greensward.sowing import Field
+from greensward.sowing.field import Page
+from oracles import octahedral
+
+BLADE = np.dtype(
+    [
+        ("root", "f4", 3),
+        ("facing", "f4"),
+        ("control", "f4", 3),
+        ("height", "f4"),
+        ("tip", "f4", 3),
+        ("width", "f4"),
+        ("up", "i2", 2),
+        ("stiffness", "f4"),
+        ("look", "u4"),
+        ("rank_root", "u2"),
+        ("random", "u2"),
+    ]
+)
+assert BLADE.itemsize == 64
+POSTURE = np.dtype([("now", "f2", 6), ("previous", "f2", 6)])
+
+
+def read_blades(field: Field) -> np.ndarray:
+    """All blades of a field, in the order of their ids, which start at 1."""
+    return np.concatenate([np.zeros(0, BLADE), *(np.frombuffer(page.blades.read(), BLADE) for page in field.pages)])
+
+
+def read_postures(page: Page) -> np.ndarray:
+    """Control point and tip relative to the root, now and one frame ago: float64 (n, 2, 2, 3)."""
+    raw = np.frombuffer(page.postures.read(), POSTURE)
+    return np.stack([raw["now"], raw["previous"]], 1).reshape(len(raw), 2, 2, 3).astype(np.float64)
+
+
+def up_of(blades: np.ndarray) -> np.ndarray:
+    return octahedral.decode(blades["up"] / 32767.0)
+
+
+def species_of(blades: np.ndarray) -> np.ndarray:
+    return blades["look"] & 15
+
+
+def has_head(blades: np.ndarray) -> np.ndarray:
+    return (blades["look"] & 16) != 0
+
+
+def points(blades: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Root, control point and tip at rest, float64 (n, 3) each."""
+    return tuple(blades[name].astype(np.float64) for name in ("root", "control", "tip"))

@@ -1,0 +1,119 @@
+"""The height raster, alike in Python and GLSL, on the edge and mirrored beyond it."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import RegularGridInterpolator
+
+from greensward.ground import HeightField
+from greensward.ground.ground_gpu import GroundGpu
+from greensward.scene import InputError
+from shader_calls import shader_call
+from small_scenes import NOISE, small_scene, with_pictures
+
+_RANDOM = np.random.default_rng(2)
+
+
+def _field(rows: int = 5, columns: int = 9, size: tuple[float, float] = (16.0, 6.0)) -> HeightField:
+    return HeightField(_RANDOM.uniform(-2, 3, (rows, columns)).astype(np.float32), size)
+
+
+def _points(count: int, size: tuple[float, float], factor: float) -> np.ndarray:
+    return _RANDOM.uniform(-0.5, 0.5, (count, 2)) * np.array(size) * factor
+
+
+def test_samples_are_met_and_corners_lie_on_corners():
+    field = _field()
+    x, z = np.linspace(-8, 8, 9), np.linspace(-3, 3, 5)
+    assert np.allclose(field.height(x[None, :], z[:, None]), field.heights, atol=1e-6)
+    assert field.lowest_m == field.heights.min()
+    assert field.highest_m == field.heights.max()
+    assert field.cell_m() == (2.0, 1.5)
+
+
+def test_bilinear_between_samples():
+    field = _field()
+    p = _points(500, field.size_m, 1.0)
+    oracle = RegularGridInterpolator((np.linspace(-3, 3, 5), np.linspace(-8, 8, 9)), field.heights.astype(float))
+    assert np.allclose(field.height(p[:, 0], p[:, 1]), oracle(p[:, ::-1]), atol=1e-9)
+
+
+@pytest.mark.parametrize("times", [1, 2, 3, -2])
+def test_mirrored_beyond_the_edge(times):
+    field = _field()
+    p = _points(200, field.size_m, 1.0)
+    folded = p[:, 0] if times % 2 == 0 else -p[:, 0]
+    assert np.allclose(field.height(p[:, 0] + 16.0 * times, p[:, 1]), field.height(folded, p[:, 1]))
+
+
+def test_normal_is_the_slope():
+    tilted = HeightField(np.add.outer(np.arange(5) * 0.5, np.arange(9) * 2.0).astype(np.float32), (8.0, 4.0))
+    expected = np.array([-2.0, 1.0, -0.5]) / np.sqrt(5.25)
+    assert np.allclose(tilted.normal(np.zeros(3), np.array([-0.4, 0.0, 0.7])), expected)
+
+
+@pytest.mark.parametrize("factor", [1.0, 5.0])
+def test_glsl_agrees(ctx, factor):
+    scene = small_scene(ground={**NOISE, "size_m": [70.0, 40.0]})
+    field = HeightField.of(scene)
+    ground = GroundGpu(ctx, scene, field)
+    ground.bind()
+    p = _points(3000, field.size_m, factor).astype(np.float32)
+    height = shader_call(ctx, "ground/ground.glsl", "groundHeight(p)", {"p": p}, "float")
+    x, z = p.astype(np.float64).T
+    assert np.abs(height - field.height(x, z)).max() < 1e-4 * factor
+    normal = shader_call(ctx, "ground/ground.glsl", "groundNormal(p)", {"p": p}, "vec3")
+    assert np.abs(normal - field.normal(x, z)).max() < 1e-3 * factor
+    assert np.ptp(field.height(x, z)) > 2.0
+    ground.release()
+
+
+def test_maps_cover_the_ground_and_go_on_mirrored(ctx):
+    scene = small_scene(ground={"size_m": [40.0, 20.0]})
+    ground = GroundGpu(ctx, scene, HeightField.of(scene))
+    ground.bind()
+    p = np.array([[-20, -10], [20, 10], [0, 0], [22, 0], [-24, 12], [60, 0]], np.float32)
+    uv = shader_call(ctx, "ground/ground.glsl", "mapUv(p)", {"p": p}, "vec2")
+    assert np.allclose(uv, [[0, 0], [1, 1], [0.5, 0.5], [0.95, 0.5], [0.1, 0.9], [0, 0.5]], atol=1e-6)
+    ground.release()
+
+
+def test_height_range_bounds_what_the_raster_does():
+    field = HeightField.of(small_scene(ground=NOISE))
+    for size in (0.5, 3.0, 10.0):
+        corner = _points(200, field.size_m, 1.5)
+        low, high = field.height_range(corner[:, 0], corner[:, 1], size)
+        inside = np.linspace(0, size, 41)
+        heights = field.height(
+            corner[:, 0, None, None] + inside[None, None, :], corner[:, 1, None, None] + inside[None, :, None]
+        )
+        assert (heights.min(axis=(1, 2)) >= low - 1e-6).all()
+        assert (heights.max(axis=(1, 2)) <= high + 1e-6).all()
+
+
+def test_noise_ground_follows_its_settings():
+    flat = HeightField.of(small_scene(ground={**NOISE, "height_m": 0.0}))
+    assert flat.lowest_m == flat.highest_m == 0.0
+    one, same, other = (
+        HeightField.of(small_scene(ground=NOISE, seed=seed)).heights.tobytes() for seed in (5, 5, 6)
+    )
+    assert one == same != other
+    doubled = HeightField.of(small_scene(ground={**NOISE, "height_m": 16.0}))
+    assert np.allclose(doubled.heights, 2 * np.frombuffer(one, np.float32).reshape(65, 65))
+    assert HeightField.of(small_scene(ground={**NOISE, "size_m": [80.0, 20.0]})).heights.shape == (17, 65)
+
+
+def test_a_map_beyond_the_driver_is_refused(ctx, monkeypatch):
+    scene = small_scene()
+    wide = HeightField(np.zeros((2, 20_000), np.float32), (10.0, 10.0))
+    with pytest.raises(InputError, match=r"20000 × 2 is beyond this driver's 16384"):
+        GroundGpu(ctx, scene, wide)
+    assert ctx.info["GL_MAX_TEXTURE_SIZE"] == 16384
+
+
+def test_mean_density_is_that_of_the_map(ctx, tmp_path):
+    pixels = np.zeros((4, 8, 3), np.uint8)
+    pixels[:, :2, 0] = 255
+    scene = with_pictures(tmp_path, {"d.png": pixels}, sowing={"density_map": "d.png"})
+    ground = GroundGpu(ctx, scene, HeightField.of(scene))
+    assert ground.mean_density == pytest.approx(0.25)
+    ground.release()

@@ -1,0 +1,396 @@
+"""The field: the same bytes from the same seed, as dense as asked, nothing where nothing may grow."""
+
+import numpy as np
+import pytest
+
+from blades import has_head, points, read_blades, species_of, up_of
+from greensward.ground import HeightField
+from greensward.ground.noise import octaves
+from greensward.scene import InputError
+from greensward.sowing import field as field_module
+from greensward.sowing.field import _pages
+from greensward.sowing.species import leaf_edge_m
+from oracles import bezier, sowing
+from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
+
+_EVEN = {"drift": 0.0, "clumping": 0.0, "density_per_m2": 80.0}
+
+
+def _away(blades: np.ndarray, focus=(0.0, 0.0, 0.0)) -> np.ndarray:
+    return np.linalg.norm(blades["root"] - np.array(focus), axis=1)
+
+
+def test_same_seed_same_bytes(sow):
+    scene = small_scene(ground=NOISE, sowing={"drift": 0.7})
+    one, two = (read_blades(sow(scene, (1.0, 2.0, 3.0), 0.5)) for _ in range(2))
+    assert len(one) > 1000
+    assert one.tobytes() == two.tobytes()
+    again = sow(scene)
+    again.sow((1.0, 2.0, 3.0), 0.5)
+    assert read_blades(again).tobytes() == one.tobytes()
+
+
+def test_another_seed_sows_elsewhere(sow):
+    roots = [set(map(bytes, read_blades(sow(small_scene(seed=seed)))["root"])) for seed in (1, 2)]
+    assert min(map(len, roots)) > 1000
+    assert not roots[0] & roots[1]
+
+
+@pytest.mark.parametrize("density", [0.3, 20.0, 300.0])
+def test_as_many_as_asked(sow, density):
+    full, reach = 4.0, 9.0
+    blades = read_blades(
+        sow(small_scene(sowing={**_EVEN, "density_per_m2": density, "full_density_m": full, "reach_m": reach}))
+    )
+    away = _away(blades)
+    assert away.max() <= reach
+    for low, high in ((0, 2), (2, full), (full, 6), (6, reach)):
+        r = np.linspace(low, high, 1001)
+        expected = density * np.trapezoid(2 * np.pi * r * sowing.kept_share(r, full), r)
+        got = ((away >= low) & (away < high)).sum()
+        # more even than chance, but not at the rim
+        assert abs(got - expected) < 4 * np.sqrt(expected) + 1, (low, high)
+
+
+def test_slack_extends_full_density_and_reach(sow):
+    scene = small_scene(sowing=_EVEN)
+    tight, loose = (_away(read_blades(sow(scene, slack_m=slack))) for slack in (0.0, 2.0))
+    assert tight.max() <= 12.0 < loose.max() <= 14.0
+    ring = [((a > 5.0) & (a < 7.0)).sum() for a in (tight, loose)]
+    assert ring[1] == pytest.approx(80.0 * np.pi * 24, rel=0.03)
+    assert ring[0] < 0.8 * ring[1]
+
+
+@pytest.mark.parametrize("nothing", [{"sowing": {"density_per_m2": 0.0}}, {"grass": []}, {"grass": [{**GRASS, "share": 0.0}]}])
+def test_no_blades_at_all(sow, nothing):
+    field = sow(small_scene(**nothing))
+    assert field.count == field.nbytes == len(field.pages) == 0
+
+
+def test_nothing_grows_where_the_density_map_is_zero(sow, tmp_path):
+    pixels = np.zeros((64, 64, 3), np.uint8)
+    pixels[:, 32:, 0] = 255  # the east half
+    pixels[..., 2] = 255
+    scene = with_pictures(
+        tmp_path, {"d.png": pixels}, ground={"size_m": [16.0, 16.0]}, sowing={**_EVEN, "density_map": "d.png"}
+    )
+    x = read_blades(sow(scene))["root"][:, 0]
+    half_texel = 16.0 / 64 / 2
+    inside = np.abs(x) < 8.0
+    assert inside.sum() > 2000
+    assert x[inside].min() >= -half_texel
+    mirrored = 16.0 - x[x > 8.0], -16.0 - x[x < -8.0]
+    assert min(map(len, mirrored)) > 0
+    assert all(m.min() >= -half_texel for m in mirrored)
+
+
+def test_a_map_does_not_leak_in_from_its_opposite_edge(sow, tmp_path):
+    """Two texels: only the middle half of the ground lies between their centres."""
+    pixels = np.zeros((1, 2, 3), np.uint8)
+    pixels[:, 1] = 255
+    scene = with_pictures(
+        tmp_path,
+        {"d.png": pixels},
+        ground={"size_m": [16.0, 16.0], "beyond": "bare"},
+        sowing={**_EVEN, "density_map": "d.png"},
+    )
+    x = read_blades(sow(scene))["root"][:, 0]
+    assert len(x) > 2000
+    assert x.min() >= -4.0
+
+
+def test_density_and_height_follow_the_map(sow, tmp_path):
+    pixels = np.zeros((32, 32, 3), np.uint8)
+    pixels[:16, :, 0], pixels[16:, :, 0] = 64, 255
+    pixels[..., 2] = 128
+    scene = with_pictures(
+        tmp_path, {"d.png": pixels}, ground={"size_m": [24.0, 24.0]}, sowing={**_EVEN, "density_map": "d.png"}
+    )
+    blades = read_blades(sow(scene))
+    north = blades["root"][:, 2] < 0
+    assert north.sum() / (~north).sum() == pytest.approx(64 / 255, rel=0.1)
+    plain = read_blades(sow(small_scene(sowing=_EVEN)))
+    assert blades["height"].mean() / plain["height"].mean() == pytest.approx(128 / 255, rel=0.03)
+    assert blades["height"].max() <= 0.6 * 128 / 255 + 1e-4
+
+
+def test_low_detail_is_marked_by_green(sow, tmp_path):
+    pixels = np.full((32, 32, 3), 255, np.uint8)
+    pixels[:, :16, 1] = 0
+    scene = with_pictures(
+        tmp_path, {"d.png": pixels}, ground={"size_m": [16.0, 16.0]}, sowing={**_EVEN, "density_map": "d.png"}
+    )
+    blades = read_blades(sow(scene))
+    inside = np.abs(blades["root"][:, 0]) < 7.5
+    marked = (blades["look"] & 32) != 0
+    east = blades["root"][:, 0] > 0.25
+    west = blades["root"][:, 0] < -0.25
+    assert marked[inside & east].all()
+    assert not marked[inside & west].any()
+
+
+@pytest.mark.parametrize("max_slope_deg", [10.0, 25.0])
+def test_nothing_grows_on_steeper_slopes(sow, max_slope_deg):
+    scene = small_scene(ground=NOISE, sowing={**_EVEN, "max_slope_deg": max_slope_deg})
+    heights = HeightField.of(scene)
+    field = sow(scene, (0.0, float(heights.height(0, 0)), 0.0))
+    root = read_blades(field)["root"].astype(np.float64)
+    slope = np.degrees(np.arccos(heights.normal(root[:, 0], root[:, 2])[:, 1]))
+    everywhere = np.random.default_rng(0).uniform(-8, 8, (2, 4000))
+    assert np.degrees(np.arccos(heights.normal(*everywhere)[:, 1])).max() > max_slope_deg + 2
+    assert len(root) > 300
+    assert slope.max() <= max_slope_deg + 0.05
+
+
+def test_roots_stand_on_the_ground(sow):
+    scene = small_scene(ground=NOISE)
+    heights = HeightField.of(scene)
+    root = read_blades(sow(scene, (0.0, float(heights.height(0, 0)), 0.0)))["root"].astype(np.float64)
+    assert len(root) > 1000
+    assert np.abs(root[:, 1] - heights.height(root[:, 0], root[:, 2])).max() < 1e-4
+
+
+def test_ends_where_the_ground_is_bare_beyond(sow):
+    small = {"size_m": [10.0, 6.0]}
+    bare, mirrored = (
+        np.abs(read_blades(sow(small_scene(ground={**small, "beyond": beyond}, sowing=_EVEN)))["root"])
+        for beyond in ("bare", "mirror")
+    )
+    assert (bare[:, [0, 2]].max(axis=0) <= [5.0, 3.0]).all()
+    assert len(bare) > 3000
+    assert (mirrored[:, [0, 2]].max(axis=0) > [8.0, 8.0]).all()
+
+
+def test_the_same_blades_are_sown_from_elsewhere(sow):
+    scene = small_scene(sowing={"density_per_m2": 60.0, "drift": 0.5, "full_density_m": 5.0, "reach_m": 25.0})
+    foci = np.array([[0.0, 0, 0], [6.0, 0, 2.0]])
+    both = [read_blades(sow(scene, focus)) for focus in foci]
+    near = [
+        {bytes(b) for b in blades[["root", "control", "tip", "facing", "width"]][(_away(blades, foci[0]) < 4.9) & (_away(blades, foci[1]) < 4.9)].copy()}
+        for blades in both
+    ]
+    assert len(near[0]) > 1000
+    assert near[0] == near[1]
+    # where both thin out, the one that keeps fewer keeps a part of the other's
+    far = [
+        {bytes(root) for root in blades["root"][(_away(blades, foci[0]) > 10) & (blades["root"][:, 0] < -8)]}
+        for blades in both
+    ]
+    assert len(far[0]) > len(far[1]) > 100
+    assert len(far[1] - far[0]) < 0.02 * len(far[1])
+
+
+def test_ranks_are_even_and_order_a_tile(sow):
+    field = sow(small_scene(sowing=_EVEN))
+    blades = read_blades(field)
+    rank = (blades["rank_root"] / 65535.0) ** 2
+    near = _away(blades) < 4.0
+    assert np.histogram(rank[near], bins=10, range=(0, 1))[0] / near.sum() == pytest.approx(0.1, abs=0.015)
+    (page,) = field.pages
+    tiles = page.tiles
+    assert (tiles.start[1:] == tiles.start[:-1] + tiles.up_to[:-1, 7]).all()
+    for start, up_to, kept in zip(tiles.start, tiles.up_to, tiles.kept, strict=True):
+        mine = rank[start : start + up_to[7]]
+        assert (np.diff(mine) > -1e-4).all()
+        for bin_, last in enumerate(up_to):
+            assert (mine[last:] > kept * (bin_ + 1) / 8 - 1e-3).all(), "a blade of this bin lies beyond its end"
+
+
+def test_tiles_bound_their_blades(sow):
+    for ground in ({"kind": "flat"}, {**NOISE, "height_m": 20.0}):
+        scene = small_scene(ground=ground, sowing={"clumping": 1.0, "clump_m": 2.0, "drift": 1.0})
+        heights = HeightField.of(scene)
+        field = sow(scene, (0.0, float(heights.height(0, 0)), 0.0))
+        root, _, tip = points(read_blades(field))
+        (page,) = field.pages
+        tile = np.repeat(np.arange(len(page.tiles.start)), page.tiles.up_to[:, 7])
+        for p in (root, tip):
+            assert (p >= page.tiles.low[tile] - 1e-3).all()
+            assert (p <= page.tiles.high[tile] + 1e-3).all()
+
+
+def test_length_along_the_curve_is_the_height(sow):
+    scene = small_scene(grass=[{**GRASS, "tilt_deg": [0.0, 70.0], "bend": [0.0, 1.0]}], ground=NOISE)
+    blades = read_blades(sow(scene))
+    ratio = bezier.true_length(*points(blades)) / blades["height"]
+    assert np.abs(ratio - 1).max() < 0.01
+    assert blades["height"].min() >= 0.3 - 1e-5
+    assert blades["height"].max() <= 0.6 + 1e-5
+
+
+def test_values_lie_in_their_ranges_and_use_them(sow):
+    grass = {**GRASS, "width_m": [0.01, 0.03], "stiffness": [0.2, 0.9], "dryness": [0.1, 0.6]}
+    blades = read_blades(sow(small_scene(grass=[grass], sowing={"clumping": 0.0, "drift": 1.0})))
+    dryness = (blades["look"] >> 8 & 255) / 255
+    for values, (low, high) in (
+        (blades["width"], (0.01, 0.03)),
+        (blades["stiffness"], (0.2, 0.9)),
+        (dryness, (0.1, 0.6)),
+    ):
+        assert low - 0.003 <= values.min() < low + 0.2 * (high - low)
+        assert high - 0.2 * (high - low) < values.max() <= high + 0.003
+    tilt = np.degrees(np.arccos(_lean(blades)))
+    assert 8.0 - 0.1 <= tilt.min() < 12
+    assert 36 < tilt.max() <= 40.1
+    facing = np.histogram(np.mod(blades["facing"], 2 * np.pi), bins=8, range=(0, 2 * np.pi))[0]
+    assert facing / len(blades) == pytest.approx(0.125, abs=0.02)
+
+
+def _lean(blades: np.ndarray) -> np.ndarray:
+    """Cosine between up and the line from root to tip."""
+    root, _, tip = points(blades)
+    line = (tip - root) / np.linalg.norm(tip - root, axis=1, keepdims=True)
+    return np.clip((line * up_of(blades)).sum(1), -1, 1)
+
+
+def test_clumps_pull_and_turn_alike(sow):
+    loose, tight = (
+        read_blades(sow(small_scene(sowing={**_EVEN, "clump_m": 0.6, "clumping": clumping, "reach_m": 4.0, "full_density_m": 4.0})))
+        for clumping in (0.0, 1.0)
+    )
+    distances, spreads = [], []
+    for blades in (loose, tight):
+        xz = blades["root"][:, [0, 2]].astype(np.float64)
+        centre = sowing.clump_centres(xz, 0.6, 5)
+        distances.append(np.linalg.norm(xz - centre, axis=1).mean())
+        _, clump = np.unique(centre, axis=0, return_inverse=True)
+        turn = np.exp(1j * blades["facing"].astype(np.float64))
+        spreads.append(np.abs(np.bincount(clump, turn.real) + 1j * np.bincount(clump, turn.imag)).sum() / len(xz))
+    # up to 0.35 of the way, evenly: 0.175 on average
+    assert distances[1] / distances[0] == pytest.approx(1 - 0.175, abs=0.02)
+    assert spreads[0] < 0.35
+    assert spreads[1] > 0.9
+
+
+@pytest.mark.parametrize("patchiness", [0.0, 1.0])
+def test_shares_of_species(sow, patchiness):
+    grass = [{**GRASS, "share": share, "patchiness": patchiness} for share in (6.0, 3.0, 1.0)]
+    blades = read_blades(
+        sow(small_scene(grass=grass, sowing={**_EVEN, "drift_m": 3.0, "full_density_m": 12.0}))
+    )
+    kind = species_of(blades)
+    if patchiness == 0.0:
+        share = np.bincount(kind, minlength=3) / len(blades)
+        assert share == pytest.approx([0.6, 0.3, 0.1], abs=4 * np.sqrt(0.25 / len(blades)))
+    cell = np.floor(blades["root"][:, [0, 2]]).astype(int) @ [1000, 1]
+    _, cell, count = np.unique(cell, return_inverse=True, return_counts=True)
+    first = np.bincount(cell, kind == 0) / count
+    spread = first[count > 40].std()
+    by_chance = np.sqrt(0.24 / count[count > 40].mean())
+    assert spread < 1.3 * by_chance if patchiness == 0.0 else spread > 3 * by_chance
+
+
+def test_density_drifts_as_its_noise_says(sow):
+    sowing_table = {**_EVEN, "drift": 1.0, "drift_m": 4.0, "full_density_m": 12.0}
+    blades = read_blades(sow(small_scene(sowing=sowing_table)))
+    x, z = (c.ravel() for c in np.meshgrid(*[np.linspace(-8, 8, 161)] * 2))
+    expected = np.clip(0.75 + 0.6 * octaves(x / 4, z / 4, 5 + 7, 3, 0.6, 2.7), 0, 1)
+    assert np.ptp(expected) > 0.6
+    for part in (expected < 0.5, expected > 0.9):
+        cells = {(i, j) for i, j in np.round(np.stack([x, z], 1)[part] * 10).astype(int)}
+        there = np.round(blades["root"][:, [0, 2]] * 10).astype(int)
+        got = sum((i, j) in cells for i, j in there.tolist()) / (len(cells) * 0.01)
+        assert got == pytest.approx(80.0 * expected[part].mean(), rel=0.1)
+    spread = [read_blades(sow(small_scene(sowing={**sowing_table, "drift": d})))["height"].max() for d in (0, 1)]
+    assert spread[0] <= 0.6 < spread[1]
+
+
+def test_heads_are_marked_and_listed(sow):
+    grass = [{**GRASS, "head": "daisy", "head_share": 0.25}, {**GRASS, "head": "none"}, {**GRASS, "head": "spike"}]
+    field = sow(small_scene(grass=grass))
+    blades = read_blades(field)
+    marked, kind = has_head(blades), species_of(blades)
+    assert marked[kind == 0].mean() == pytest.approx(0.25, abs=0.04)
+    assert not marked[kind == 1].any()
+    assert marked[kind == 2].all()
+    (page,) = field.pages
+    listed = np.frombuffer(page.heads.read(), np.uint32)
+    assert page.head_count == len(listed) == marked.sum()
+    assert np.array_equal(np.sort(listed), np.flatnonzero(marked))
+    for start, count, first, all_ in zip(
+        page.tiles.head_start, page.tiles.heads, page.tiles.start, page.tiles.up_to[:, 7], strict=True
+    ):
+        mine = listed[start : start + count]
+        assert ((mine >= first) & (mine < first + all_)).all()
+
+
+@pytest.mark.parametrize("free_gib", [1, 1000])
+def test_a_hundred_million_blades_are_refused_before_anything_is_allocated(sow, monkeypatch, free_gib):
+    monkeypatch.setattr(field_module, "available_bytes", lambda _: free_gib << 30)
+    monkeypatch.setattr(field_module, "Page", None)
+    density = 4000.0 if free_gib == 1 else 8000.0
+    scene = small_scene(sowing={"density_per_m2": density, "full_density_m": 90.0, "reach_m": 90.0})
+    with pytest.raises(InputError) as refused:
+        sow(scene)
+    message = str(refused.value)
+    million = int(message.split(" million")[0].split()[-1].strip("(").replace(",", ""))
+    assert million == pytest.approx(density * np.pi * 0.0081, rel=0.25)
+    assert "\n" not in message
+    assert "lower sowing.density_per_m2" in message
+    if free_gib == 1:
+        assert f"{million * 1e6 * 88 / 2**30:,.1f}"[:3] in message
+        assert "this device can give 1.0 GiB" in message
+    else:
+        assert "must be at most 134 million blades" in message
+
+
+def test_a_refusal_leaves_an_empty_field_that_can_be_sown(sow, monkeypatch):
+    field = sow(small_scene())
+    count = field.count
+    with monkeypatch.context() as tight:
+        tight.setattr(field_module, "available_bytes", lambda _: 1000)
+        with pytest.raises(InputError, match="need 0.0 GiB"):
+            field.sow((0, 0, 0), 0.0)
+    assert field.count == len(field.pages) == 0
+    field.sow((0, 0, 0), 0.0)
+    assert field.count == count > 0
+
+
+@pytest.mark.parametrize(
+    ("counts", "limit", "expected"),
+    [
+        ([], 5, []),
+        ([3], 5, [0]),
+        ([3, 2, 1], 5, [0, 0, 1]),
+        ([5, 5, 5], 5, [0, 1, 2]),
+        ([1, 1, 1, 1], 2, [0, 0, 1, 1]),
+        ([9, 1], 5, [0, 1]),
+    ],
+)
+def test_pages_hold_no_more_than_fits(counts, limit, expected):
+    assert _pages(np.array(counts, np.int64), limit).tolist() == expected
+
+
+def _limited(monkeypatch, ctx, blades: int) -> None:
+    monkeypatch.setitem(ctx.info, "GL_MAX_SHADER_STORAGE_BLOCK_SIZE", blades * 64)
+
+
+def test_no_page_is_larger_than_a_storage_block(ctx, sow, monkeypatch):
+    scene = small_scene(sowing={**_EVEN, "full_density_m": 12.0})
+    whole = read_blades(sow(scene))
+    _limited(monkeypatch, ctx, 3000)
+    field = sow(scene)
+    assert len(field.pages) > 5
+    assert max(page.blades.size for page in field.pages) <= 3000 * 64
+    assert np.array_equal(np.unique(read_blades(field)["root"], axis=0), np.unique(whole["root"], axis=0))
+    assert [page.first_id for page in field.pages] == [1, *(1 + np.cumsum([p.count for p in field.pages])[:-1])]
+
+
+def test_several_pages_draw_the_same_picture(ctx, renderer, monkeypatch):
+    scene = small_scene(grass=[{**GRASS, "head": "daisy"}], wind=[BREEZE])
+    aovs = ("class", "depth", "blade-id", "motion")
+    one = renderer(scene).render(1.0, aovs=aovs)
+    _limited(monkeypatch, ctx, 2500)
+    split = renderer(scene)
+    many = split.render(1.0, aovs=aovs)
+    assert len(split._world.field.pages) > 2
+    for name in ("class", "depth", "blade_id", "motion"):
+        assert np.array_equal(one.truth[name], many.truth[name]), name
+    assert np.array_equal(one.image, many.image)
+
+
+@pytest.mark.parametrize("density", [0.01, 1.0, 60.0, 600.0, 100_000.0])
+def test_leaves_hold_one_to_four_thousand_blades(density):
+    edge = leaf_edge_m(density)
+    assert np.log2(edge) == np.round(np.log2(edge))
+    assert 1000 <= density * edge * edge <= 4000

@@ -1,0 +1,98 @@
+"""Functions of the sowing shader against their float64 twins."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from greensward.sowing.species import SWARD_BLOCK
+from oracles import sowing
+from shader_calls import shader_call
+
+_SOW = "sowing/sow.comp"
+
+
+def _leaves(ctx, x: int, z: int, level: int, count: int, seed: int = 5) -> np.ndarray:
+    """Leaf x, z and index of the first candidates of a tile."""
+    body = (
+        f"ivec2 leaf; uint index; leafOf(Tile({x}, {z}, {level}, {count}u), j, leaf, index);"
+        " result = ivec3(leaf, int(index));"
+    )
+    candidates = {"j": np.arange(count, dtype=np.uint32)}
+    return shader_call(ctx, _SOW, body, candidates, "ivec3", blocks={SWARD_BLOCK: {"seed": seed}})
+
+
+@pytest.mark.parametrize(("x", "z", "level"), [(0, 0, 0), (3, -2, 1), (-1, -1, 2), (7, 5, 4)])
+def test_every_blade_of_every_leaf_is_visited_once(ctx, x, z, level):
+    per_leaf, edge = 5, 2**level
+    got = _leaves(ctx, x, z, level, per_leaf * edge * edge)
+    every = itertools.product(
+        range(x * edge, (x + 1) * edge), range(z * edge, (z + 1) * edge), range(per_leaf)
+    )
+    assert sorted(map(tuple, got.tolist())) == sorted(every)
+
+
+@pytest.mark.parametrize("seed", [0, 5, 2**32 - 1])
+def test_leaves_are_visited_as_the_twin_does(ctx, seed):
+    got = _leaves(ctx, -3, 4, 3, 200, seed)
+    assert [tuple(row) for row in got.tolist()] == [sowing.leaf_of(-3, 4, 3, j, seed) for j in range(200)]
+
+
+@pytest.mark.parametrize("level", [1, 2, 3])
+def test_a_prefix_spreads_evenly_over_the_tile(ctx, level):
+    """Four to the power of n candidates hit each square of that division once."""
+    got = _leaves(ctx, 0, 0, level, 4**level)
+    for depth in range(1, level + 1):
+        squares = got[: 4**depth, :2] // 2 ** (level - depth)
+        assert len(np.unique(squares, axis=0)) == 4**depth
+
+
+def test_a_tile_and_its_quarters_hold_the_same_blades(ctx):
+    whole = set(map(tuple, _leaves(ctx, 1, 1, 3, 4 * 300).tolist()))
+    quarters = [set(map(tuple, _leaves(ctx, x, z, 2, 300).tolist())) for x in (2, 3) for z in (2, 3)]
+    assert whole == set().union(*quarters)
+
+
+def test_places_stay_in_their_leaf_and_fill_it(ctx):
+    index = np.arange(4000, dtype=np.uint32)
+    body = "result = placeIn(ivec2(-3, 2), index, hash3(uvec3(1u, 2u, index)));"
+    blocks = {SWARD_BLOCK: {"seed": 9, "leaf_m": 0.5}}
+    xz = shader_call(ctx, _SOW, body, {"index": index}, "vec2", blocks=blocks)
+    inside = xz / 0.5 - [-3, 2]
+    assert inside.min() >= -1e-6
+    assert inside.max() <= 1 + 1e-6
+    counts, *_ = np.histogram2d(*inside.T, bins=20, range=[[0, 1], [0, 1]])
+    assert counts.std() < 0.5 * np.sqrt(counts.mean()), "no more even than chance"
+    assert counts.min() > 0
+
+
+def test_clump_is_the_nearest_of_all_centres(ctx):
+    xz = np.random.default_rng(5).uniform(-3, 3, (400, 2)).astype(np.float32)
+    blocks = {SWARD_BLOCK: {"seed": 9, "clump_m": 0.5}}
+    got = shader_call(ctx, _SOW, "clumpAt(xz).centre", {"xz": xz}, "vec2", blocks=blocks)
+    expected = sowing.clump_centres(xz.astype(np.float64), 0.5, 9)
+    found, best = (np.linalg.norm(c - xz, axis=1) for c in (got, expected))
+    # nine cells miss a nearer centre two cells away now and then, by little
+    assert (np.abs(found - best) < 1e-5).mean() > 0.98
+    assert (found - best).max() < 0.2
+
+
+def test_kept_share_and_slope_share(ctx):
+    distance = np.geomspace(0.01, 500, 200).astype(np.float32)
+    blocks = {SWARD_BLOCK: {"full_density_m": 6.0}}
+    got = shader_call(ctx, "sowing/sward.glsl", "keptShare(d)", {"d": distance}, "float", blocks=blocks)
+    assert np.allclose(got, sowing.kept_share(distance.astype(np.float64), 6.0), rtol=1e-5)
+    normal_y = np.linspace(0, 1, 200, dtype=np.float32)
+    blocks = {SWARD_BLOCK: {"min_normal_y": np.cos(np.radians(40.0))}}
+    got = shader_call(ctx, "sowing/sward.glsl", "slopeShare(y)", {"y": normal_y}, "float", blocks=blocks)
+    assert np.allclose(got, sowing.slope_share(normal_y.astype(np.float64), 40.0), atol=2e-5)
+
+
+def test_species_are_picked_by_weight(ctx):
+    chance = ((np.arange(4000) + 0.5) / 4000).astype(np.float32)
+    rows = np.zeros((16 * 9, 4))
+    rows[[0, 9, 18], 0] = 2.0, 0.0, 6.0
+    got = shader_call(
+        ctx, _SOW, "pickSpecies(vec2(0.0), c)", {"c": chance}, "int", blocks={SWARD_BLOCK: {"species": rows, "count": 3, "drift_m": 1.0}}
+    )
+    assert np.bincount(got, minlength=3) / 4000 == pytest.approx([0.25, 0.0, 0.75], abs=1e-3)
