@@ -142,12 +142,11 @@ class Renderer:
         What the framebuffer's depth buffer holds hides the scene, and the scene's depth is written to it,
         as seen through `camera_matrices(camera)`.
         """
-        with kept_state(self.ctx):
+        with kept_state(self.ctx, framebuffer):
             self.resize(framebuffer.size)
             camera = camera or self.scene.camera
             self._draw(time_s, camera, (), None)
-            view = camera_view(camera, self._world.ground.heights, self.size)
-            self._post.blit(framebuffer, self._gbuffer, camera, view)
+            self._post.blit(framebuffer, self._gbuffer, camera)
 
     def camera_matrices(
         self, camera: Camera | None = None

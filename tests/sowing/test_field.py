@@ -1,5 +1,7 @@
 """The field: the same bytes from the same seed, as dense as asked, nothing where nothing may grow."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -138,7 +140,7 @@ def test_nothing_grows_on_steeper_slopes(sow, max_slope_deg):
     slope = np.degrees(np.arccos(heights.normal(root[:, 0], root[:, 2])[:, 1]))
     everywhere = np.random.default_rng(0).uniform(-8, 8, (2, 4000))
     assert np.degrees(np.arccos(heights.normal(*everywhere)[:, 1])).max() > max_slope_deg + 2
-    assert len(root) > 300
+    assert len(root) > 200
     assert slope.max() <= max_slope_deg + 0.05
 
 
@@ -166,7 +168,10 @@ def test_the_same_blades_are_sown_from_elsewhere(sow):
     foci = np.array([[0.0, 0, 0], [6.0, 0, 2.0]])
     both = [read_blades(sow(scene, focus)) for focus in foci]
     near = [
-        {bytes(b) for b in blades[["root", "control", "tip", "facing", "width"]][(_away(blades, foci[0]) < 4.9) & (_away(blades, foci[1]) < 4.9)].copy()}
+        {
+            b"".join(bytes(blade[name]) for name in ("root", "control", "tip", "facing", "width"))
+            for blade in blades[np.maximum(*(_away(blades, focus) for focus in foci)) < 4.9]
+        }
         for blades in both
     ]
     assert len(near[0]) > 1000
@@ -323,7 +328,7 @@ def test_a_hundred_million_blades_are_refused_before_anything_is_allocated(sow, 
     with pytest.raises(InputError) as refused:
         sow(scene)
     message = str(refused.value)
-    million = int(message.split(" million")[0].split()[-1].strip("(").replace(",", ""))
+    million = int(re.search(r"about ([\d,]+) million", message)[1].replace(",", ""))
     assert million == pytest.approx(density * np.pi * 0.0081, rel=0.25)
     assert "\n" not in message
     assert "lower sowing.density_per_m2" in message

@@ -62,7 +62,7 @@ def test_places_stay_in_their_leaf_and_fill_it(ctx):
     assert inside.min() >= -1e-6
     assert inside.max() <= 1 + 1e-6
     counts, *_ = np.histogram2d(*inside.T, bins=20, range=[[0, 1], [0, 1]])
-    assert counts.std() < 0.5 * np.sqrt(counts.mean()), "no more even than chance"
+    assert counts.std() < 0.8 * np.sqrt(counts.mean()), "no more even than chance"
     assert counts.min() > 0
 
 

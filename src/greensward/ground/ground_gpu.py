@@ -51,7 +51,10 @@ class GroundGpu:
             (sowing.vegetation_map, none, True),
         ):
             pixels = read_rgba(scene.resolve(file)) if file else default
-            self._textures.append(_texture(ctx, pixels, srgb))
+            texture = _texture(ctx, pixels, srgb)
+            # the soil repeats; a map must not leak in from its opposite edge
+            texture.repeat_x = texture.repeat_y = default is soil
+            self._textures.append(texture)
             if file and file == sowing.density_map:
                 self.mean_density = float(pixels[..., 0].mean() / 255.0)
         self.has_terrain_map = ground.terrain_map is not None

@@ -32,8 +32,9 @@ void main() {
     float here = presence(b, away, widening);
     int kindOfGrass = bladeSpecies(b);
     float kind = species(kindOfGrass, MIX).w;
+    Corner corner = corners[int(kind) * (NEAR_VERTICES + FAR_VERTICES) + (near ? gl_VertexID : NEAR_VERTICES + gl_VertexID)];
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-    if (here <= 0.0) return;
+    if (here <= 0.0 || corner.normal.xyz == vec3(0.0)) return;  // left out, or padding of the mesh
 
     vec3 v1, v2;
     unpackPosture(postures[index].now, root, v1, v2);
@@ -45,7 +46,6 @@ void main() {
     vec3 axis = flower ? normalize(0.5 * tangent + up + (0.15 + 0.75 * other) * wander)
                        : normalize(tangent - 0.12 * up + 0.12 * wander);
 
-    Corner corner = corners[int(kind) * (NEAR_VERTICES + FAR_VERTICES) + (near ? gl_VertexID : NEAR_VERTICES + gl_VertexID)];
     float size = mix(species(kindOfGrass, HEAD).w, species(kindOfGrass, HEART).w, other);
     vec3 tip = mix(root, v2, here);
     float depth = dot(view.axis_ws.xyz, tip) + view.axis_ws.w;

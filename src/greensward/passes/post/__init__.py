@@ -6,7 +6,6 @@ import numpy.typing as npt
 
 from greensward.gpu.pixel_pass import PixelPass, Shell
 from greensward.gpu.program import build
-from greensward.gpu.view import View
 from greensward.passes.gbuffer import GBuffer
 from greensward.scene import Camera
 
@@ -45,7 +44,7 @@ class Post:
         pixels = np.frombuffer(self._picture.read(), np.uint8).reshape(height, width, 4)
         return pixels[::-1, :, :3].copy()
 
-    def blit(self, target: moderngl.Framebuffer, gbuffer: GBuffer, camera: Camera, view: View) -> None:
+    def blit(self, target: moderngl.Framebuffer, gbuffer: GBuffer, camera: Camera) -> None:
         """Draw the picture into a framebuffer with its depth, behind what is there already."""
         self._picture.use(10)
         gbuffer.depth.use(14)

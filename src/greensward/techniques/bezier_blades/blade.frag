@@ -3,24 +3,25 @@ void main() {}
 #else
 #include "shaders/surface.glsl"
 
-in vec3 colour;
-in vec3 normal_ws;
-in vec3 gloss;
-in vec4 previousClip;
-flat in uint blade;
+in vec4 normalAndHeight;
+in vec3 previousClip;
+flat in uvec4 look;
 
 uniform uint firstId;
 
 void main() {
+    vec4 root = unpackUnorm4x8(look.x), tip = unpackUnorm4x8(look.y), place = unpackUnorm4x8(look.z);
+    float v = normalAndHeight.w, height = clamp(4.0 * place.x * v, 0.0, 1.0);
     Surface s;
-    s.baseColour = colour;
-    s.transmittance = gloss.x;
-    s.normal_ws = normalize(normal_ws);
-    s.occlusion = gloss.z;
-    s.roughness = gloss.y;
+    s.baseColour = mix(root.rgb * root.rgb, tip.rgb * tip.rgb, smoothstep(0.0, 0.85, v));
+    // thin at the tip; dark where the sward closes over it, less so where one far blade stands for many
+    s.transmittance = root.w * mix(0.45, 1.0, v);
+    s.roughness = tip.w;
+    s.occlusion = mix(mix(0.12, 0.8, place.y), 1.0, height * (2.0 - height));
+    s.normal_ws = normalize(normalAndHeight.xyz);
     s.surfaceClass = CLASS_GRASS;
-    s.bladeId = firstId + blade;
-    s.previousClip = previousClip;
+    s.bladeId = firstId + look.w;
+    s.previousClip = previousClip.xyzz;
     emitSurface(s);
 }
 #endif

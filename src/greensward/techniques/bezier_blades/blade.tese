@@ -12,11 +12,9 @@ layout(std430, binding = 5) readonly buffer Records { Record records[]; };
 patch in uint record;
 
 #ifndef SHADOW
-out vec3 colour;
-out vec3 normal_ws;
-out vec3 gloss;          // transmittance, roughness, occlusion
-out vec4 previousClip;
-flat out uint blade;
+out vec4 normalAndHeight;    // w runs from 0 at the root to 1 at the tip
+out vec3 previousClip;       // x, y, w
+flat out uvec4 look;         // as the record's root and tip colour and look, and the blade
 #endif
 
 void main() {
@@ -39,23 +37,20 @@ void main() {
     vec3 position_ws = centre + offset;
     vec3 previousControl, previousTip;
     unpackPosture(r.previous, root, previousControl, previousTip);
-    previousClip = view.previous_clip_from_world
+    vec4 previous_clip = view.previous_clip_from_world
         * vec4(bezierPoint(root, previousControl, previousTip, v) + offset, 1.0);
+    previousClip = previous_clip.xyw;
 
     // round, not flat: the normal turns across the blade; far away it follows the ground and stops sparkling
     vec3 trueSide = octahedralDecode(unpackSnorm2x16(r.trueSide)), up = octahedralDecode(unpackSnorm2x16(r.up));
-    vec4 look = unpackUnorm4x8(r.look), rootLook = unpackUnorm4x8(r.rootColour), tipLook = unpackUnorm4x8(r.tipColour);
+    float far = unpackUnorm4x8(r.look).y;
     vec3 flatNormal = normalize(cross(trueSide, tangent));
     vec3 toViewer = normalize(view.eye_ws.xyz - position_ws * view.eye_ws.w);
     if (dot(flatNormal, toViewer) < 0.0) flatNormal = -flatNormal;
     float turn = 1.9 * bezierblades.roundness * (u - 0.5) * (dot(side, trueSide) < 0.0 ? -1.0 : 1.0);
-    normal_ws = normalize(flatNormal + turn * trueSide);
+    vec3 normal_ws = normalize(flatNormal + turn * trueSide);
     vec3 wall = normalize(0.8 * normalize(toViewer - up * dot(toViewer, up)) + 0.75 * up);
-    normal_ws = normalize(mix(normal_ws, wall, 0.8 * look.y));
-
-    colour = mix(rootLook.rgb * rootLook.rgb, tipLook.rgb * tipLook.rgb, smoothstep(0.0, 0.85, v));
-    float height = clamp(4.0 * look.x * v, 0.0, 1.0);
-    gloss = vec3(rootLook.w * mix(0.45, 1.0, v), tipLook.w, mix(mix(0.12, 0.8, look.y), 1.0, height * (2.0 - height)));
-    blade = r.blade;
+    normalAndHeight = vec4(normalize(mix(normal_ws, wall, 0.8 * far)), v);
+    look = uvec4(r.rootColour, r.tipColour, r.look, r.blade);
 #endif
 }
