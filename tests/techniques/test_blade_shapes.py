@@ -80,7 +80,7 @@ def test_segments_keep_the_curve_and_are_no_more_than_needed(ctx, error_px):
         {"v0": v0, "v1": v1, "v2": v2},
         "float",
         blocks={BLADES_BLOCK: {"error_px": error_px, "max_level": 64.0}},
-        source=cut("techniques/bezier_blades/blade.tesc", "segments"),
+        source=cut("techniques/bezier_blades/prepare.comp", "segments"),
     )
     assert len(np.unique(got)) > 3
     for a, b, c, n in zip(*(v.astype(np.float64) for v in (v0, v1, v2)), got.astype(int), strict=True):
@@ -101,6 +101,6 @@ def test_segments_stay_within_limits(ctx, shape, most, expected):
         points,
         "float",
         blocks={BLADES_BLOCK: {"error_px": 0.3, "max_level": float(most)}},
-        source=cut("techniques/bezier_blades/blade.tesc", "segments"),
+        source=cut("techniques/bezier_blades/prepare.comp", "segments"),
     )
     assert got[0] == expected

@@ -21,13 +21,13 @@ def generated_soil(seed: int, edge_px: int = 512) -> npt.NDArray[np.uint8]:
 
     broad, fine, crumbs = cloud(1.6), cloud(1.1), cloud(0.5)
     straw = np.zeros((edge_px, edge_px))
-    count = 2600
+    count = 5200
     start = random.uniform(0, edge_px, (count, 2))
     angle = random.uniform(0, np.pi, count)
-    length = random.uniform(10, 42, count)
-    curl = random.normal(0.0, 0.012, count)
-    shade = random.uniform(0.25, 1.0, count)
-    for t in np.linspace(0.0, 1.0, 64):
+    length = random.uniform(5, 20, count)
+    curl = random.normal(0.0, 0.006, count)
+    shade = random.uniform(0.1, 0.9, count) ** 1.5
+    for t in np.linspace(0.0, 1.0, 32):
         along = t * length
         turned = angle + curl * along
         x = (start[:, 0] + np.cos(turned) * along).astype(int) % edge_px
@@ -40,7 +40,7 @@ def generated_soil(seed: int, edge_px: int = 512) -> npt.NDArray[np.uint8]:
     colour = dark + (light - dark) * tone
     green = np.clip(0.35 * (fine - 0.4 * broad), 0.0, 0.6)[..., None]
     colour += (moss - colour) * green
-    colour += (thatch - colour) * (0.75 * straw * np.clip(0.7 + 0.25 * broad, 0.2, 1.0))[..., None]
+    colour += (thatch - colour) * (0.55 * straw * np.clip(0.7 + 0.25 * broad, 0.2, 1.0))[..., None]
     srgb = np.clip(colour, 0.0, 1.0) ** (1 / 2.2)
     pixels = np.empty((edge_px, edge_px, 4), np.uint8)
     pixels[..., :3] = np.round(srgb * 255.0)

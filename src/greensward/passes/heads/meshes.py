@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from greensward.scene.grass import HEADS
 
-NEAR_VERTICES, FAR_VERTICES = 108, 12
+NEAR_VERTICES, FAR_VERTICES = 216, 12
 Mesh = npt.NDArray[np.float64]
 
 
@@ -69,7 +69,7 @@ def _petals(count: int, rings: list[tuple[float, float, float]]) -> Mesh:
     return np.concatenate(faces)
 
 
-def _dome(radius: float, height: float, base: float, sides: int = 6) -> Mesh:
+def _dome(radius: float, height: float, base: float, sides: int) -> Mesh:
     turn = 2.0 * np.pi * np.arange(sides + 1) / sides
     ring = _polar(radius, base, turn)
     top = np.broadcast_to([0.0, base + height, 0.0], ring[:-1].shape)
@@ -79,22 +79,35 @@ def _dome(radius: float, height: float, base: float, sides: int = 6) -> Mesh:
 
 
 def _daisy() -> Mesh:
-    inner = _petals(14, [(0.10, 0.0, 0.12), (0.40, 0.05, 0.17)])
-    tips = _petals(14, [(0.40, 0.05, 0.17), (0.5, 0.02, 0.0)])[:14]
-    return np.concatenate([_facets(inner[:14]), _facets(tips), _dome(0.15, 0.10, 0.02)])
+    inner = _petals(15, [(0.09, 0.01, 0.13), (0.36, 0.05, 0.19)])
+    tips = _petals(15, [(0.36, 0.05, 0.19), (0.5, 0.015, 0.0)])
+    return np.concatenate([_facets(inner), _facets(tips), _dome(0.14, 0.09, 0.02, 8)])
 
 
 def _cup() -> Mesh:
-    bowl = _petals(5, [(0.04, 0.0, 0.5), (0.34, 0.16, 0.62), (0.5, 0.42, 0.45)])
-    return np.concatenate([_facets(bowl), _dome(0.13, 0.16, 0.06)])
+    """Four overlapping petals, each a curved sheet with a wavy rim, shaded as one smooth bowl."""
+    v, u = np.meshgrid(np.linspace(0.0, 1.0, 3), np.linspace(-1.0, 1.0, 4), indexing="ij")
+    faces = []
+    for k in range(4):
+        sheet = 0.03 * (k % 2)
+        radius = (0.05 + 0.45 * v**0.75) * (1.0 - 0.05 * u * u) + sheet * v
+        height = 0.40 * v**1.6 - 0.10 * v * u * u + 0.03 * v * np.sin(5.0 * u + k)
+        points = _polar(radius, height, 0.5 * np.pi * k + 1.02 * u * (0.55 + 0.45 * np.sin(np.pi * (0.2 + 0.6 * v))))
+        a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
+        faces += [np.stack([a, b, c], 2).reshape(-1, 3, 3), np.stack([a, c, d], 2).reshape(-1, 3, 3)]
+    corners = np.concatenate(faces)
+    out = corners * np.array([-1.0, 0.0, -1.0]) + np.array([0.0, 0.35, 0.0])
+    return np.concatenate(
+        [_facets(corners, 0.0, 1.0, out / np.linalg.norm(out, axis=-1, keepdims=True)), _dome(0.1, 0.14, 0.05, 8)]
+    )
 
 
 def _globe() -> Mesh:
     rows = [(0.05, 0.0), (0.40, 0.16), (0.5, 0.42), (0.36, 0.72), (0.02, 0.86)]
-    turn = 2.0 * np.pi * np.arange(5) / 4
+    turn = 2.0 * np.pi * np.arange(8) / 7
     faces = []
     for (r0, y0), (r1, y1) in zip(rows, rows[1:], strict=False):
-        a, b = _polar(r0, y0, turn), _polar(r1, y1, turn + 0.4)
+        a, b = _polar(r0, y0, turn), _polar(r1, y1, turn)
         faces += [np.stack([a[:-1], b[:-1], a[1:]], 1), np.stack([a[1:], b[:-1], b[1:]], 1)]
     corners = np.concatenate(faces)
     out = corners - np.array([0.0, 0.42, 0.0])
@@ -102,32 +115,31 @@ def _globe() -> Mesh:
 
 
 def _spike() -> Mesh:
-    rows = [(0.02, 0.0), (0.05, 0.12), (0.045, 0.75), (0.0, 1.0)]
+    """A dense ear: a spindle with rows of grains standing out."""
+    along = np.linspace(0.0, 1.0, 7)
+    radius = 0.05 * np.sin(np.pi * np.clip(along * 0.9 + 0.08, 0.0, 1.0)) ** 0.5 * np.tile([1.0, 0.72], 4)[:7]
+    radius[-1] = 0.0
     turn = 2.0 * np.pi * np.arange(7) / 6
     faces = []
-    for k, ((r0, y0), (r1, y1)) in enumerate(zip(rows, rows[1:], strict=False)):
-        a, b = _polar(r0, y0, turn), _polar(r1, y1, turn)
-        faces.append(np.stack([a[:-1], b[:-1], a[1:]], 1))
-        if k < 2:
-            faces.append(np.stack([a[1:], b[:-1], b[1:]], 1))
-    corners = np.concatenate(faces)
-    out = corners * np.array([1.0, 0.0, 1.0]) + np.array([0.0, 0.02, 0.0])
-    return _facets(corners, 0.0, 1.0, out / np.linalg.norm(out, axis=-1, keepdims=True))
+    for k in range(6):
+        a = _polar(radius[k], along[k], turn + 0.5 * k)
+        b = _polar(radius[k + 1], along[k + 1], turn + 0.5 * (k + 1))
+        faces += [np.stack([a[:-1], b[:-1], a[1:]], 1), np.stack([a[1:], b[:-1], b[1:]], 1)]
+    return _facets(np.concatenate(faces))
 
 
 def _panicle() -> Mesh:
     """A loose plume: spikelets spiral up the axis, the lower ones reaching further."""
-    count = 18
+    count = 36
     along = (np.arange(count) + 0.5) / count
     turn = 2.39996 * np.arange(count)
-    reach = 0.13 * (1.0 - along) ** 0.7 + 0.01
-    start = _polar(0.0, 0.85 * along, turn)
-    middle = _polar(reach, 0.85 * along + 0.07, turn)
-    end = _polar(reach * 1.35, 0.85 * along + 0.15, turn)
-    wide = 0.011
+    reach = 0.14 * (1.0 - along) ** 0.7 * (0.55 + 0.45 * np.sin(1.7 * np.arange(count)) ** 2) + 0.008
+    start = _polar(0.5 * reach, 0.86 * along + 0.02, turn)
+    middle = _polar(reach, 0.86 * along + 0.055, turn)
+    end = _polar(reach * 1.15, 0.86 * along + 0.105, turn)
+    wide = 0.0075
     left, right = middle + _polar(wide, 0.0, turn + 1.57), middle - _polar(wide, 0.0, turn + 1.57)
-    corners = np.concatenate([np.stack([start, left, right], 1), np.stack([left, end, right], 1)])
-    return _facets(corners)
+    return _facets(np.concatenate([np.stack([start, left, right], 1), np.stack([left, end, right], 1)]))
 
 
 def _crossed(width: float, widest: float) -> Mesh:
