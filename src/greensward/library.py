@@ -24,6 +24,4 @@ def load(
     `overrides` changes keys: `{"wind.0.speed_mps": 12.0}`, or strings as of `--set`.
     Raises `SceneError`, whose `problems` are all that is wrong, one sentence each.
     """
-    return scenes.load(
-        source, overrides=overrides, seed=seed, technique=technique, technique_settings=SETTINGS
-    )
+    return scenes.load(source, overrides=overrides, seed=seed, technique=technique, technique_settings=SETTINGS)

@@ -25,12 +25,13 @@ from greensward.passes.shadows import ShadowMaps
 from greensward.passes.solids import Solids
 from greensward.passes.terrain import Terrain
 from greensward.scene import Camera, InputError, Scene
-from greensward.techniques import SETTINGS, TECHNIQUES
+from greensward.techniques import chosen
 from greensward.truth import Truth, camera_record, read_truth
 from greensward.viewpoint import camera_view, jitter, place
 from greensward.world import Instant, World
 
 _FRAME_S = 1.0 / 30.0
+_LONGEST_S = 1e9  # single precision tells no seconds apart long before
 
 
 @dataclass(frozen=True)
@@ -67,19 +68,23 @@ class Renderer:
         if samples < 1:
             raise InputError(f"samples: must be at least 1 (got {samples})")
         self.samples = samples
+        self._technique_type, self._settings = chosen(scene)
+        self.technique_name = self._technique_type.name
         with self._stage("context"):
             self._owned = open_context(device) if ctx is None else None
-            self.ctx = ctx if ctx is not None else self._owned
-            assert self.ctx is not None
-        self._check_size(size)
-        self.driver = driver_name(self.ctx)
-        self._technique_type = next(t for t in TECHNIQUES if t.name == scene.technique.name)
-        self.technique_name = self._technique_type.name
-        with self._stage("ground"):
-            heights = HeightField.of(scene)
-            place(scene.camera, heights)
-        with self._stage("shaders"), kept_state(self.ctx):
-            self._build(heights, size, shell)
+            self.ctx: moderngl.Context = ctx or self._owned  # type: ignore[assignment]
+        try:
+            self._check_size(size)
+            self.driver = driver_name(self.ctx)
+            with self._stage("ground"):
+                heights = HeightField.of(scene)
+                place(scene.camera, heights)
+            with self._stage("shaders"), kept_state(self.ctx):
+                self._build(heights, size, shell)
+        except BaseException:
+            if self._owned is not None:
+                self._owned.release()
+            raise
         self._view: View
         self._seen_from: tuple[tuple[Camera, tuple[int, int]] | None, tuple[View, ...]] = (None, ())
         self._previous: tuple[View, float] | None = None
@@ -90,8 +95,7 @@ class Renderer:
         self.timers = PassTimers(ctx)
         self._view_blocks = [BlockBuffer(ctx, VIEW_BLOCK) for _ in range(5)]
         self._world = World(ctx, self.scene, heights)
-        settings = SETTINGS[self.technique_name](**(self.scene.technique.model_extra or {}))
-        self._technique = self._technique_type(ctx, self._world, settings)
+        self._technique = self._technique_type(ctx, self._world, self._settings)
         self._terrain = Terrain(ctx, self._world, shell)
         self._solids = Solids(ctx, self._world)
         self._heads = Heads(ctx, self._world)
@@ -134,9 +138,7 @@ class Renderer:
                 image = self._post.read()
         return Frame(image, truth)
 
-    def draw(
-        self, framebuffer: moderngl.Framebuffer, time_s: float = 0.0, *, camera: Camera | None = None
-    ) -> None:
+    def draw(self, framebuffer: moderngl.Framebuffer, time_s: float = 0.0, *, camera: Camera | None = None) -> None:
         """Draw the scene into a framebuffer of the caller's context, of any size, and keep the GL state.
 
         What the framebuffer's depth buffer holds hides the scene, and the scene's depth is written to it,
@@ -178,8 +180,8 @@ class Renderer:
         progress: Callable[[int, int], None] | None,
     ) -> Truth:
         """The frame, top to bottom: sow, move, shadows, then for every sample surfaces, light and tone."""
-        if not np.isfinite(time_s):
-            raise InputError(f"time: must be a finite number of seconds (got {time_s})")
+        if not abs(time_s) <= _LONGEST_S:
+            raise InputError(f"time: must be a finite number of seconds, at most a billion (got {time_s})")
         truth: Truth = {}
         view, *shadow_views = self._views(camera)
         previous_view, previous_s = self._previous or (view, time_s - _FRAME_S)
@@ -199,9 +201,7 @@ class Renderer:
                     self._surfaces(self._shadows.framebuffers[number], shadow_view, time_s, 1 + number)
             for sample in range(self.samples):
                 self._gbuffer.clear()
-                self._surfaces(
-                    self._gbuffer.framebuffer, view, time_s, 0, previous_view, jitter(sample), timed=True
-                )
+                self._surfaces(self._gbuffer.framebuffer, view, time_s, 0, previous_view, jitter(sample), timed=True)
                 with self.timers.measure("ground"):
                     self._terrain.paint(self._gbuffer)
                 if sample == 0 and aovs:
@@ -217,9 +217,7 @@ class Renderer:
                 self._post.encode()
         if aovs:
             view_from_world = look(*place(camera, self._world.ground.heights))
-            truth["camera"] = np.array(
-                camera_record(camera, view.clip_from_world, view_from_world, self.size)
-            )
+            truth["camera"] = np.array(camera_record(camera, view.clip_from_world, view_from_world, self.size))
         self._view = view
         self._previous = view, time_s
         return truth
@@ -280,7 +278,8 @@ class Renderer:
                 draw(view)
 
     def _check_size(self, size: tuple[int, int]) -> None:
-        assert self.ctx is not None
+        if self.ctx.version_code < 430:
+            raise InputError(f"ctx: must be OpenGL 4.3 or newer (got {self.ctx.version_code / 100:.1f})")
         limit = min(*self.ctx.info["GL_MAX_VIEWPORT_DIMS"], self.ctx.info["GL_MAX_TEXTURE_SIZE"])
         if not all(1 <= edge <= limit for edge in size):
             raise InputError(f"size: must be 1 to {limit} pixels a side on this driver (got {size[0]}x{size[1]})")

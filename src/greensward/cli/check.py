@@ -15,9 +15,7 @@ Examples:
 
 
 def check(
-    scene: Annotated[
-        str, typer.Argument(metavar="SCENE", help="A preset's name, a TOML file or its folder.")
-    ],
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A preset's name, a TOML file or its folder.")],
     as_json: Annotated[bool, typer.Option("--json", help='Print {"ok": …, "errors": […]}.')] = False,
 ) -> None:
     """Tell all that is wrong with a scene and its files."""

@@ -65,9 +65,7 @@ def _aovs(texts: list[str]) -> tuple[str, ...]:
 
 
 def render(
-    scene: Annotated[
-        str, typer.Argument(metavar="SCENE", help="A preset's name, a TOML file or its folder.")
-    ],
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A preset's name, a TOML file or its folder.")],
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="The picture: .png, .jpg, .tif or .webp.")
     ],
@@ -79,9 +77,7 @@ def render(
     ] = "0",
     samples: Annotated[
         Any,
-        typer.Option(
-            parser=_whole(1, 4096), metavar="N", help="Samples for each pixel: more, cleaner edges."
-        ),
+        typer.Option(parser=_whole(1, 4096), metavar="N", help="Samples for each pixel: more, cleaner edges."),
     ] = "8",
     overrides: Annotated[
         list[str] | None,

@@ -27,9 +27,7 @@ def distance_to(tiles: Tiles, point: Floats) -> Floats:
     return distance
 
 
-def shares_needed(
-    tiles: Tiles, views: Sequence[View], away: Floats, full_density_m: float, reach_m: float
-) -> Floats:
+def shares_needed(tiles: Tiles, views: Sequence[View], away: Floats, full_density_m: float, reach_m: float) -> Floats:
     """Part of each tile's sown blades that each view may need: float64 (views, tiles), 0 where unseen.
 
     `away` is each tile's distance from the camera.

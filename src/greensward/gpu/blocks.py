@@ -45,18 +45,13 @@ class Block:
             formats.append((base, (count, *shape) if count else shape))
             offsets.append(at * 4)
             at += words * max(count, 1)
-        return np.dtype(
-            {"names": names, "formats": formats, "offsets": offsets, "itemsize": -(-at // 4) * 16}
-        )
+        return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": -(-at // 4) * 16})
 
     def glsl(self) -> str:
         """The declaration; members are read as `name.member` with the block's name in lower case."""
-        body = "\n".join(
-            f"    {kind} {name}{f'[{rest[0]}]' if rest else ''};" for name, kind, *rest in self.members
-        )
+        body = "\n".join(f"    {kind} {name}{f'[{rest[0]}]' if rest else ''};" for name, kind, *rest in self.members)
         return (
-            f"layout(std140, binding = {self.binding}) uniform {self.name}Block "
-            f"{{\n{body}\n}} {self.name.lower()};"
+            f"layout(std140, binding = {self.binding}) uniform {self.name}Block {{\n{body}\n}} {self.name.lower()};"
         )
 
 

@@ -47,9 +47,7 @@ def devices() -> list[Device]:
     except OSError:
         raise GreenswardError(f"{_EGL} is missing; on Debian or Ubuntu: {INSTALL}") from None
     egl.eglGetProcAddress.restype = ctypes.c_void_p
-    query_at, text_at = (
-        egl.eglGetProcAddress(name) for name in (b"eglQueryDevicesEXT", b"eglQueryDeviceStringEXT")
-    )
+    query_at, text_at = (egl.eglGetProcAddress(name) for name in (b"eglQueryDevicesEXT", b"eglQueryDeviceStringEXT"))
     if not query_at or not text_at:
         return []  # no driver is installed behind the library
     query = ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)(query_at)
@@ -117,9 +115,7 @@ def _choose(device: str, found: list[Device]) -> list[Device]:
     if not chosen:
         listed = ", ".join(map(str, found))
         cure = f"; for a software driver on Debian or Ubuntu: {INSTALL}" if device == "cpu" else ""
-        raise InputError(
-            f'device: must be "auto", "cpu" or the index of one of {listed} (got "{device}"){cure}'
-        )
+        raise InputError(f'device: must be "auto", "cpu" or the index of one of {listed} (got "{device}"){cure}')
     return chosen
 
 

@@ -42,7 +42,7 @@ def _read(path: str) -> tuple[str, ...]:
     return tuple((files("greensward") / path).read_text(encoding="utf-8").splitlines())
 
 
-def assemble(path: str, defines: Mapping[str, object] = {}, generated: Mapping[str, str] = {}) -> Source:  # noqa: B006
+def assemble(path: str, defines: Mapping[str, object] = {}, generated: Mapping[str, str] = {}) -> Source:
     """Inline the root-relative includes of a shader file, each once.
 
     `generated` holds texts that exist only in memory, by include path.
@@ -86,7 +86,7 @@ def locate(message: str, sources: Mapping[str, Source]) -> str:
     return _POSITION.sub(replace, message)
 
 
-def build(ctx: moderngl.Context, *paths: str, defines: Mapping[str, object] = {}) -> moderngl.Program:  # noqa: B006
+def build(ctx: moderngl.Context, *paths: str, defines: Mapping[str, object] = {}) -> moderngl.Program:
     """Compile and link one program from stage files; the extension is the stage."""
     sources = {_STAGES[path.rsplit(".", 1)[1]]: assemble(path, defines) for path in paths}
     try:
@@ -98,8 +98,8 @@ def build(ctx: moderngl.Context, *paths: str, defines: Mapping[str, object] = {}
 def build_compute(
     ctx: moderngl.Context,
     path: str,
-    defines: Mapping[str, object] = {},  # noqa: B006
-    generated: Mapping[str, str] = {},  # noqa: B006
+    defines: Mapping[str, object] = {},
+    generated: Mapping[str, str] = {},
 ) -> moderngl.ComputeShader:
     """Compile and link one compute shader."""
     source = assemble(path, defines, generated)

@@ -222,9 +222,7 @@ class KeptState:
             "shader_storage_buffers": min(16, self._integer(0x90DD)),
         }
         self._images = min(8, self._integer(0x8F38))
-        self._fresh: State = {
-            value.name: value.fresh for value, *_ in self._values if value.fresh is not None
-        }
+        self._fresh: State = {value.name: value.fresh for value, *_ in self._values if value.fresh is not None}
         self._fresh |= {name: fresh for name, (_, fresh) in _SWITCHES.items()}
         self._fresh |= {"targets": [_FRESH_TARGET] * self._targets, "samplers": [0] * len(self._units)}
 

@@ -31,7 +31,8 @@ class GroundGpu:
         rows, columns = heights.heights.shape
         if max(rows, columns) > limit:
             raise InputError(
-                f"ground: a height map of {columns} × {rows} is beyond this driver's {limit} texels a side; scale it down"
+                f"ground: a height map of {columns} × {rows} is beyond this driver's {limit} texels a side; "
+                "scale it down"
             )
         self.heights = heights
         self._textures: list[moderngl.Texture] = []
@@ -87,7 +88,7 @@ class GroundGpu:
         self._block.release()
 
 
-def _texture(ctx: moderngl.Context, pixels: np.ndarray, srgb: bool) -> moderngl.Texture:  # type: ignore[type-arg]
+def _texture(ctx: moderngl.Context, pixels: np.ndarray, srgb: bool) -> moderngl.Texture:
     gl_srgb8_alpha8 = 0x8C43
     rows, columns, _ = pixels.shape
     texture = ctx.texture(

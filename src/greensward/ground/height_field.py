@@ -81,9 +81,7 @@ class HeightField:
         cell = min(self.cell_m())
         steps = int(np.clip(np.ceil(size_m / cell), 1, 8)) + 1
         offset = np.linspace(0.0, size_m, steps)
-        grid = self.height(
-            x0[:, None, None] + offset[None, None, :], z0[:, None, None] + offset[None, :, None]
-        )
+        grid = self.height(x0[:, None, None] + offset[None, None, :], z0[:, None, None] + offset[None, :, None])
         low, high = grid.min(axis=(1, 2)), grid.max(axis=(1, 2))
         # what rises between the probes: the steepest slope seen, over half the distance between them
         slack = np.abs(np.diff(grid, axis=2)).max(axis=(1, 2)) + np.abs(np.diff(grid, axis=1)).max(axis=(1, 2))
@@ -92,7 +90,8 @@ class HeightField:
 
 def _mirror(at: Array, last: int) -> Array:
     """Fold a sample coordinate into 0..last, back and forth."""
-    return last - np.abs(last - np.mod(at, 2.0 * last))
+    folded: Array = last - np.abs(last - np.mod(at, 2.0 * last))
+    return folded
 
 
 def _noise(ground: NoiseGround, seed: int) -> npt.NDArray[np.float32]:

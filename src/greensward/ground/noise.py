@@ -49,9 +49,7 @@ def simplex(x: npt.ArrayLike, y: npt.ArrayLike, seed: int = 0) -> Array:
     return 118.0 * total
 
 
-def octaves(
-    x: npt.ArrayLike, y: npt.ArrayLike, seed: int, count: int, gain: float, lacunarity: float
-) -> Array:
+def octaves(x: npt.ArrayLike, y: npt.ArrayLike, seed: int, count: int, gain: float, lacunarity: float) -> Array:
     """Octaves of simplex noise with different seeds, turned against each other, about −1 to 1."""
     px, py = np.asarray(x, np.float64), np.asarray(y, np.float64)
     total = np.zeros(np.broadcast_shapes(px.shape, py.shape))

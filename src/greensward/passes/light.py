@@ -75,9 +75,7 @@ def sun_at_ground(scene: Scene) -> npt.NDArray[np.float64]:
         + 3.996e-3 * 1.11 * scene.sky.haze * mie
         + np.array([0.650e-3, 1.881e-3, 0.085e-3]) * ozone
     )
-    result: npt.NDArray[np.float64] = (
-        np.array([1.0, 0.97, 0.93]) * _SUN * scene.sun.strength * np.exp(-depth)
-    )
+    result: npt.NDArray[np.float64] = np.array([1.0, 0.97, 0.93]) * _SUN * scene.sun.strength * np.exp(-depth)
     return result
 
 
@@ -87,4 +85,4 @@ def exposure(scene: Scene, sky_irradiance_up: npt.NDArray[np.float64]) -> float:
     # a low sun still lights what stands upright
     sun = float(sun_at_ground(scene) @ luminance) * max(math.sin(math.radians(scene.sun.elevation_deg)), 0.3)
     total = sun + float(sky_irradiance_up @ luminance)
-    return math.pi / max(total, 1e-6) * 2.0**scene.post.exposure_ev
+    return math.pi / max(total, 1e-6) * math.exp2(scene.post.exposure_ev)

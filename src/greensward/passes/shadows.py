@@ -42,8 +42,7 @@ class ShadowMaps:
         ratio = (furthest / nearest) ** (1.0 / max(self.count - 1, 1))
         # each map draws the grass of those inside it again; half as many blades, wider, shade alike there
         return tuple(
-            self._view(scene, camera, nearest * ratio**i, scene.shadows.density * 0.5**i)
-            for i in range(self.count)
+            self._view(scene, camera, nearest * ratio**i, scene.shadows.density * 0.5**i) for i in range(self.count)
         )
 
     def _view(self, scene: Scene, camera: View, radius_m: float, density: float) -> View:
@@ -81,8 +80,10 @@ class ShadowMaps:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for resource in (*self.framebuffers, *self._maps):
-            resource.release()
+        for framebuffer in self.framebuffers:
+            framebuffer.release()
+        for texture in self._maps:
+            texture.release()
 
 
 def shadow_from_world(view: View) -> npt.NDArray[np.float64]:

@@ -36,9 +36,7 @@ def span(low: float, high: float) -> Any:
 Colour = Annotated[str, Strict(), AfterValidator(_hex_colour)]
 _Coordinate = Annotated[float, Strict(), Field(ge=-1_000_000, le=1_000_000)]
 Point = tuple[_Coordinate, _Coordinate, _Coordinate]
-Size = tuple[
-    Annotated[float, Strict(), Field(gt=0, le=100_000)], Annotated[float, Strict(), Field(gt=0, le=100_000)]
-]
+Size = tuple[Annotated[float, Strict(), Field(gt=0, le=100_000)], Annotated[float, Strict(), Field(gt=0, le=100_000)]]
 
 
 class Model(BaseModel):

@@ -88,9 +88,7 @@ def presets() -> dict[str, tuple[str, str]]:
     for path in sorted(_PRESETS.glob("*.toml")):
         text = path.read_text(encoding="utf-8")
         opening = re.match(r"(?:#.*\n)*", text)
-        summary = " ".join(
-            line.lstrip("# ").rstrip() for line in (opening[0] if opening else "").splitlines()
-        )
+        summary = " ".join(line.lstrip("# ").rstrip() for line in (opening[0] if opening else "").splitlines())
         found[path.stem] = (str(tomllib.loads(text).get("title", path.stem)), summary)
     return found
 
@@ -142,9 +140,7 @@ def _parse(path: Path, label: str) -> dict[str, Any]:
         if not path.is_file():
             raise SceneError([f"{label}: is not a file"])
         if path.stat().st_size > _LARGEST:
-            raise SceneError(
-                [f"{label}: is larger than a scene can be ({_LARGEST >> 20} MiB); is it a picture?"]
-            )
+            raise SceneError([f"{label}: is larger than a scene can be ({_LARGEST >> 20} MiB); is it a picture?"])
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as error:
         raise SceneError([f"{label}: cannot be read: {error.strerror or error}"]) from None
@@ -173,9 +169,7 @@ class _Changes:
     def origin(self, loc: Loc) -> str:
         """Where the value at `loc` was written: the scene file or an option."""
         return next(
-            name
-            for at, name in reversed(self._origins)
-            if not at or at[: len(loc)] == loc or loc[: len(at)] == at
+            name for at, name in reversed(self._origins) if not at or at[: len(loc)] == loc or loc[: len(at)] == at
         )
 
     def put(self, loc: Loc, value: Any, origin: str) -> None:
@@ -249,15 +243,11 @@ def _pairs(overrides: Mapping[str, Any] | Sequence[str], changes: _Changes) -> I
     if isinstance(overrides, Mapping):
         pairs = overrides.items()
     else:
-        pairs = (
-            (key, value if equals else None) for key, equals, value in (o.partition("=") for o in overrides)
-        )
+        pairs = ((key, value if equals else None) for key, equals, value in (o.partition("=") for o in overrides))
     for key, value in pairs:
         loc = tuple(re.sub(r"\[(\d+)\]", r".\1", key.strip()).split("."))
         if value is None or "" in loc:
-            changes.problems.append(
-                f"--set: must be key=value, such as wind.0.speed_mps=12 (got {short(key)})"
-            )
+            changes.problems.append(f"--set: must be key=value, such as wind.0.speed_mps=12 (got {short(key)})")
         else:
             yield loc, _value(value) if isinstance(value, str) else value
 
@@ -300,8 +290,7 @@ def _plain(value: Any) -> Any:
         return {
             key: _plain(item)
             for key, item in held.items()
-            if item is not None
-            and (key in ("kind", "species", "name") or key not in usual or item != usual[key])
+            if item is not None and (key in ("kind", "species", "name") or key not in usual or item != usual[key])
         }
     return [_plain(item) for item in value] if isinstance(value, tuple | list) else value
 

@@ -119,9 +119,7 @@ def _shown(value: Any) -> str:
     """A default as the scene file would hold it."""
     if value is None:
         return "none"
-    if isinstance(value, BaseModel) or (
-        isinstance(value, tuple) and value and isinstance(value[0], BaseModel)
-    ):
+    if isinstance(value, BaseModel) or (isinstance(value, tuple) and value and isinstance(value[0], BaseModel)):
         return ""
     return f"`{_toml(value)}`"
 

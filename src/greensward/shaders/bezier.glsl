@@ -10,9 +10,11 @@ float bezierLength(vec3 v0, vec3 v1, vec3 v2) {
     return (2.0 * distance(v0, v2) + distance(v0, v1) + distance(v1, v2)) / 3.0;
 }
 
-// Scale both legs so that the curve has this length (Jahrmann & Wimmer 2017)
+// Scale both legs so that the curve has this length (Jahrmann & Wimmer 2017). Measured in two halves: over the whole
+// of a blade that folds over, the formula is off by a quarter.
 void keepLength(vec3 v0, inout vec3 v1, inout vec3 v2, float length_m) {
-    float ratio = length_m / max(bezierLength(v0, v1, v2), 1e-6);
+    vec3 lower = mix(v0, v1, 0.5), higher = mix(v1, v2, 0.5), middle = mix(lower, higher, 0.5);
+    float ratio = length_m / max(bezierLength(v0, lower, middle) + bezierLength(middle, higher, v2), 1e-6);
     vec3 upper = (v2 - v1) * ratio;
     v1 = v0 + (v1 - v0) * ratio;
     v2 = v1 + upper;

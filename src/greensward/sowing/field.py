@@ -9,7 +9,6 @@ import numpy.typing as npt
 from greensward.gpu.blocks import BlockBuffer
 from greensward.gpu.memory import available_bytes
 from greensward.gpu.program import build_compute
-from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.scene import InputError, Scene
 from greensward.sowing.species import SWARD_BLOCK, leaf_edge_m, sward_values
@@ -17,10 +16,9 @@ from greensward.sowing.species import SWARD_BLOCK, leaf_edge_m, sward_values
 BLADE_BYTES, POSTURE_BYTES = 64, 24
 MOST_BLADES = (1 << 27) - 2  # an id has 27 bits
 _TILE = np.dtype([("x", "i4"), ("z", "i4"), ("level", "i4"), ("candidates", "u4")])
-_COUNT = np.dtype(
-    [("up_to", "u4", 8), ("heads", "u4"), ("start", "u4"), ("head_start", "u4"), ("unused", "u4")]
-)
+_COUNT = np.dtype([("up_to", "u4", 8), ("heads", "u4"), ("start", "u4"), ("head_start", "u4"), ("unused", "u4")])
 Floats = npt.NDArray[np.float64]
+Table = npt.NDArray[np.void]
 
 
 @dataclass(frozen=True)
@@ -94,7 +92,7 @@ class Field:
             here = page_of == page
             self._place(tiles[here], counts[here], focus, slack_m)
 
-    def _tiles(self, focus: Floats, slack_m: float) -> np.ndarray:  # type: ignore[type-arg]
+    def _tiles(self, focus: Floats, slack_m: float) -> Table:
         """Tiles that touch the reach: small ones near the focus, each level twice the size of the last."""
         scene, sowing = self._scene, self._scene.sowing
         density, reach = sowing.density_per_m2, sowing.reach_m + slack_m
@@ -145,7 +143,7 @@ class Field:
                 f"(got about {blades / 1e6:,.0f} million); {cure}"
             )
 
-    def _count(self, tiles: np.ndarray, focus: Floats, slack_m: float) -> np.ndarray:  # type: ignore[type-arg]
+    def _count(self, tiles: Table, focus: Floats, slack_m: float) -> Table:
         tile_buffer = self._ctx.buffer(tiles.tobytes())
         count_buffer = self._ctx.buffer(reserve=len(tiles) * _COUNT.itemsize)
         count_buffer.clear()
@@ -158,7 +156,7 @@ class Field:
         count_buffer.release()
         return counts
 
-    def _place(self, tiles: np.ndarray, counts: np.ndarray, focus: Floats, slack_m: float) -> None:  # type: ignore[type-arg]
+    def _place(self, tiles: Table, counts: Table, focus: Floats, slack_m: float) -> None:
         counts["start"] = _starts(counts["up_to"][:, 7])
         counts["head_start"] = _starts(counts["heads"])
         page = Page(self._ctx, self._bounds(tiles, counts), self.count + 1)
@@ -178,7 +176,7 @@ class Field:
             shader.run(min(32768, tiles - first))
         self._ctx.memory_barrier()
 
-    def _bounds(self, tiles: np.ndarray, counts: np.ndarray) -> Tiles:  # type: ignore[type-arg]
+    def _bounds(self, tiles: Table, counts: Table) -> Tiles:
         sowing = self._scene.sowing
         size = leaf_edge_m(sowing.density_per_m2) * 2.0 ** tiles["level"]
         x0, z0 = tiles["x"] * size, tiles["z"] * size

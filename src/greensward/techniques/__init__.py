@@ -1,10 +1,27 @@
 """HOW grass is drawn: one folder each, Python and GLSL together."""
 
+from pydantic import BaseModel, ValidationError
+
+from greensward.scene import Scene, SceneError
+from greensward.scene.problems import one_of, sentences
 from greensward.techniques.bezier_blades import BezierBlades
 from greensward.techniques.technique import Technique
 
 TECHNIQUES: tuple[type[Technique], ...] = (BezierBlades,)
 
-SETTINGS = {technique.name: technique.Settings for technique in TECHNIQUES}
+SETTINGS: dict[str, type[BaseModel]] = {technique.name: technique.Settings for technique in TECHNIQUES}
 
-__all__ = ["SETTINGS", "TECHNIQUES", "Technique"]
+
+def chosen(scene: Scene) -> tuple[type[Technique], BaseModel]:
+    """The technique that a scene names, and its settings. Raises `SceneError`."""
+    choice = scene.technique
+    for technique in TECHNIQUES:
+        if technique.name == choice.name:
+            try:
+                return technique, technique.Settings.model_validate(choice.model_extra or {})
+            except ValidationError as error:
+                raise SceneError(sentences(error, technique.Settings, lambda _: "scene", ("technique",))) from None
+    raise SceneError([f"scene: technique.name: {one_of(choice.name, SETTINGS)}"])
+
+
+__all__ = ["SETTINGS", "TECHNIQUES", "Technique", "chosen"]

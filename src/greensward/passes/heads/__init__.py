@@ -16,9 +16,7 @@ class Heads:
     def __init__(self, ctx: moderngl.Context, world: World) -> None:
         self._ctx, self._world = ctx, world
         self._arrays = {
-            purpose: ctx.vertex_array(
-                build(ctx, f"{_FOLDER}/head.vert", f"{_FOLDER}/head.frag", defines=defines), []
-            )
+            purpose: ctx.vertex_array(build(ctx, f"{_FOLDER}/head.vert", f"{_FOLDER}/head.frag", defines=defines), [])
             for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
         }
         self._meshes = ctx.buffer(head_meshes().tobytes())

@@ -4,6 +4,8 @@ A vertex is position and part, normal and shade: y runs along the head's axis fr
 the head's size. Part 0 is petal or seed, 1 the heart.
 """
 
+from itertools import pairwise
+
 import numpy as np
 import numpy.typing as npt
 
@@ -59,7 +61,7 @@ def _petals(count: int, rings: list[tuple[float, float, float]]) -> Mesh:
     """Petals around the axis; each ring is (radius, height, half width in radians), the last a point."""
     faces = []
     turn = 2.0 * np.pi * np.arange(count) / count
-    for (r0, y0, w0), (r1, y1, w1) in zip(rings, rings[1:], strict=False):
+    for (r0, y0, w0), (r1, y1, w1) in pairwise(rings):
         a, b = _polar(r0, y0, turn - w0), _polar(r0, y0, turn + w0)
         c, d = _polar(r1, y1, turn + w1), _polar(r1, y1, turn - w1)
         if w0 > 0:
@@ -106,7 +108,7 @@ def _globe() -> Mesh:
     rows = [(0.05, 0.0), (0.40, 0.16), (0.5, 0.42), (0.36, 0.72), (0.02, 0.86)]
     turn = 2.0 * np.pi * np.arange(8) / 7
     faces = []
-    for (r0, y0), (r1, y1) in zip(rows, rows[1:], strict=False):
+    for (r0, y0), (r1, y1) in pairwise(rows):
         a, b = _polar(r0, y0, turn), _polar(r1, y1, turn)
         faces += [np.stack([a[:-1], b[:-1], a[1:]], 1), np.stack([a[1:], b[:-1], b[1:]], 1)]
     corners = np.concatenate(faces)

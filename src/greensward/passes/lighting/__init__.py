@@ -18,9 +18,7 @@ from greensward.scene import Scene
 class Lighting:
     """Sun, sky, shadows and air over a G-buffer, into linear radiance."""
 
-    def __init__(
-        self, ctx: moderngl.Context, scene: Scene, size: tuple[int, int], shell: Shell | None
-    ) -> None:
+    def __init__(self, ctx: moderngl.Context, scene: Scene, size: tuple[int, int], shell: Shell | None) -> None:
         self._ctx = ctx
         self._pass = PixelPass(ctx, "passes/lighting/lighting.glsl", ["f2"], shell=shell)
         self._sky = SkyTable(ctx, shell)
@@ -66,9 +64,9 @@ class Lighting:
             part.release()
 
 
-def _irradiance_up(harmonics: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+def _irradiance_up(harmonics: np.ndarray) -> np.ndarray:
     """Irradiance (3,) on a horizontal surface (Ramamoorthi & Hanrahan 2001, equation 7)."""
     bands = np.array([np.pi, *[2.0 * np.pi / 3.0] * 3, *[np.pi / 4.0] * 5])
     basis = sh_basis(np.array([0.0, 1.0, 0.0]))
-    result: np.ndarray = np.maximum((bands * basis) @ harmonics, 0.0)  # type: ignore[type-arg]
+    result: np.ndarray = np.maximum((bands * basis) @ harmonics, 0.0)
     return result

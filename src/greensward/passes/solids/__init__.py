@@ -4,6 +4,7 @@ import math
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 
 from greensward.gpu.program import build
 from greensward.gpu.view import View
@@ -11,6 +12,7 @@ from greensward.scene.base import linear
 from greensward.world import World
 
 _FOLDER = "passes/solids"
+Array = npt.NDArray[np.float64]
 
 
 class Solids:
@@ -57,8 +59,10 @@ class Solids:
         """Free the GPU resources."""
         for array, _ in (*self._draws["picture"], *self._draws["shadow"]):
             array.release()
-        for resource in (*self._buffers, *self._programs.values()):
-            resource.release()
+        for buffer in self._buffers:
+            buffer.release()
+        for program in self._programs.values():
+            program.release()
 
 
 def _present(
@@ -71,15 +75,16 @@ def _present(
     return (buffer, " ".join(layout) + rate, *kept)
 
 
-def _turn(yaw_deg: float, lean_deg: float) -> np.ndarray:  # type: ignore[type-arg]
+def _turn(yaw_deg: float, lean_deg: float) -> Array:
     """Rotation: lean from the vertical towards local x, then turn about the vertical."""
     yaw, lean = math.radians(yaw_deg), math.radians(-lean_deg)
     about_y = np.array([[math.cos(yaw), 0, math.sin(yaw)], [0, 1, 0], [-math.sin(yaw), 0, math.cos(yaw)]])
     about_z = np.array([[math.cos(lean), -math.sin(lean), 0], [math.sin(lean), math.cos(lean), 0], [0, 0, 1]])
-    return about_y @ about_z
+    turn: Array = about_y @ about_z
+    return turn
 
 
-def _box() -> np.ndarray:  # type: ignore[type-arg]
+def _box() -> Array:
     """Unit box about the origin: rows of position and normal, 36 vertices."""
     faces = []
     quad = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
@@ -98,16 +103,16 @@ _LID = np.array(
 )
 
 
-def _circle(steps: int) -> np.ndarray:  # type: ignore[type-arg]
+def _circle(steps: int) -> Array:
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, steps + 1)
     return np.stack([0.5 * np.cos(angle), 0.5 * np.sin(angle), np.cos(angle), np.sin(angle)], -1)
 
 
-def _revolved(profile: np.ndarray, sides: int = 24) -> np.ndarray:  # type: ignore[type-arg]
+def _revolved(profile: Array, sides: int = 24) -> Array:
     """A profile turned about y: rows of position and normal, two triangles per facet."""
     turn = np.linspace(0.0, 2.0 * np.pi, sides + 1)
     ring = np.stack([np.cos(turn), np.ones_like(turn), np.sin(turn)], -1)
-    lift = lambda r, y: np.stack([r, y, r], -1)[:, None, :] * ring[None]  # noqa: E731
-    grid = np.concatenate([lift(profile[:, 0], profile[:, 1]), lift(profile[:, 2], profile[:, 3])], -1)
+    place, normal = (profile[:, [k, k + 1, k]][:, None, :] * ring[None] for k in (0, 2))
+    grid = np.concatenate([place, normal], -1)
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
     return np.stack([a, b, c, a, c, d], 2).reshape(-1, 6)

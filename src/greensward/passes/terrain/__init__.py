@@ -65,7 +65,7 @@ class Terrain:
             buffer.release()
 
 
-def _grid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+def _grid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corners in cells from the middle, triangles of the whole square, and of it with the middle left out."""
     side = np.arange(_CELLS + 1, dtype=np.float32) - _CELLS // 2
     corners = np.stack(np.meshgrid(side, side, indexing="xy"), -1).reshape(-1, 2)

@@ -16,7 +16,12 @@ _FOLDER = "techniques/bezier_blades"
 _RECORD_BYTES = 72
 
 BLADES_BLOCK = declare(
-    "BezierBlades", 4, ("error_px", "float"), ("max_level", "float"), ("min_width_px", "float"), ("roundness", "float")
+    "BezierBlades",
+    4,
+    ("error_px", "float"),
+    ("max_level", "float"),
+    ("min_width_px", "float"),
+    ("roundness", "float"),
 )
 
 
