@@ -68,16 +68,14 @@ def make(folder):
     scene = gs.Scene(
         title="Hillside at the Jacksboro fault",
         ground=gs.HeightMapGround(file="elevation.npz", terrain_map="terrain.png", size_m=size_m),
-        sowing=gs.Sowing(
-            density_map="density.png", vegetation_map="vegetation.png", max_slope_deg=30, reach_m=500
-        ),
+        sowing=gs.Sowing(density_map="density.png", vegetation_map="vegetation.png", max_slope_deg=30, reach_m=500),
         grass=(
             gs.Grass(species="fescue", share=0.6),
             gs.Grass(species="meadow-grass", share=0.3),
             gs.Grass(species="bent", share=0.06, patchiness=0.8),
             gs.Grass(species="daisy", share=0.02, patchiness=0.9),
         ),
-        sun=gs.Sun(azimuth_deg=295, elevation_deg=20),
+        sun=gs.Sun(azimuth_deg=285, elevation_deg=29),
         sky=gs.Sky(haze=1.3),
         camera=CAMERAS["near"],
         post=gs.Post(saturation=0.9),

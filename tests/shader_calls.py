@@ -76,7 +76,7 @@ def shader_call(
         ]
     )
     name = f"called_{next(_numbers)}"
-    shader = build_compute(ctx, name, {}, {name: text})
+    shader = build_compute(ctx, name, {"TARGETS": 1}, {name: text})  # full-screen passes want to know
     bound = [BlockBuffer(ctx, block) for block in blocks]
     for buffer, values in zip(bound, blocks.values(), strict=True):
         buffer.set(**values)

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Self
@@ -88,6 +89,7 @@ class Renderer:
         self._view: View
         self._seen_from: tuple[tuple[Camera, tuple[int, int]] | None, tuple[View, ...]] = (None, ())
         self._previous: tuple[View, float] | None = None
+        self._released = False
 
     def _build(self, heights: HeightField, size: tuple[int, int], shell: Shell | None) -> None:
         ctx = self.ctx
@@ -131,7 +133,7 @@ class Renderer:
 
         Motion is counted from the frame drawn before, or for the first from a thirtieth of a second earlier.
         """
-        with kept_state(self.ctx):
+        with self._kept():
             camera = camera or self.scene.camera
             truth = self._draw(time_s, camera, aovs, progress)
             with self._stage("draw"):
@@ -144,7 +146,7 @@ class Renderer:
         What the framebuffer's depth buffer holds hides the scene, and the scene's depth is written to it,
         as seen through `camera_matrices(camera)`.
         """
-        with kept_state(self.ctx, framebuffer):
+        with self._kept(framebuffer):
             self.resize(framebuffer.size)
             camera = camera or self.scene.camera
             self._draw(time_s, camera, (), None)
@@ -164,7 +166,7 @@ class Renderer:
         if size == self.size:
             return
         self._check_size(size)
-        with kept_state(self.ctx):
+        with self._kept():
             self._gbuffer.release()
             self._gbuffer = GBuffer(self.ctx, size)
             self._lighting.resize(size)
@@ -287,9 +289,17 @@ class Renderer:
     def _stage(self, name: str) -> "_Stage":
         return _Stage(self.seconds, name)
 
+    def _kept(self, *framebuffers: moderngl.Framebuffer) -> AbstractContextManager[None]:
+        if self._owned is not None:
+            self._owned.__enter__()  # another renderer's context may be current
+        return kept_state(self.ctx, *framebuffers)
+
     def release(self) -> None:
         """Free every GPU resource, and the context if it is the renderer's own."""
-        with kept_state(self.ctx):
+        if self._released:
+            return
+        self._released = True
+        with self._kept():
             for part in (
                 self._technique,
                 self._heads,

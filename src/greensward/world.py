@@ -17,7 +17,7 @@ from greensward.sowing import Field, Page
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-_NEAR_HEAD_PX = 14.0  # heads smaller than this on the screen are drawn simply
+_NEAR_HEAD_PX = 22.0  # heads smaller than this on the screen are drawn simply
 BLADES, POSTURES, CHUNKS, HEADS, MESHES, RECORDS = range(6)
 """Shader-storage bindings while the field is drawn."""
 

@@ -143,7 +143,7 @@ def test_length_is_kept_and_no_tip_is_below_its_ground(stand, speed, wild):
         assert ((v2 * up).sum(1) > 0).all()
         assert ((v1 * up).sum(1) > 0).all()
         ratio = bezier.true_length(origin, v1, v2) / blades["height"]
-        assert np.abs(ratio - 1).max() < (0.02 if wild else 0.01)
+        assert np.abs(ratio - 1).max() < (0.025 if wild else 0.01)
 
 
 def test_blades_lean_downwind_and_more_in_a_storm(stand):

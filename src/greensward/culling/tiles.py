@@ -14,15 +14,14 @@ Floats = npt.NDArray[np.float64]
 def visible(tiles: Tiles, views: Sequence[View]) -> npt.NDArray[np.bool_]:
     """Which tiles' boxes touch each view's volume: bool (views, tiles). A box outside one plane is out."""
     planes = np.concatenate([view.planes_ws() for view in views])
-    centre, half = 0.5 * (tiles.low + tiles.high), 0.5 * (tiles.high - tiles.low)
-    reach = planes[:, :3] @ centre.T + np.abs(planes[:, :3]) @ half.T + planes[:, 3:]
+    reach = planes[:, :3] @ tiles.centre.T + np.abs(planes[:, :3]) @ tiles.half.T + planes[:, 3:]
     result: npt.NDArray[np.bool_] = (reach >= 0.0).reshape(len(views), 6, -1).all(axis=1)
     return result
 
 
 def distance_to(tiles: Tiles, point: Floats) -> Floats:
     """Metres from a point to the nearest of each tile's box: float64 (tiles,)."""
-    beside = np.maximum(np.maximum(tiles.low - point, point - tiles.high), 0.0)
+    beside = np.maximum(np.abs(point - tiles.centre) - tiles.half, 0.0)
     distance: Floats = np.sqrt(np.einsum("ij,ij->i", beside, beside))
     return distance
 

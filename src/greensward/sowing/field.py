@@ -1,6 +1,7 @@
 """The Field: blades on the GPU, in tiles that grow with distance, 64 bytes a blade."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import moderngl
 import numpy as np
@@ -32,6 +33,16 @@ class Tiles:
     up_to: npt.NDArray[np.int64]  # (n, 8) blades whose rank is in the first 1/8, 2/8, … of `kept`
     head_start: npt.NDArray[np.int64]
     heads: npt.NDArray[np.int64]
+
+    @cached_property
+    def centre(self) -> Floats:
+        """Middle of each box, (n, 3)."""
+        return 0.5 * (self.low + self.high)
+
+    @cached_property
+    def half(self) -> Floats:
+        """Half the extent of each box, (n, 3)."""
+        return 0.5 * (self.high - self.low)
 
 
 class Page:

@@ -9,7 +9,7 @@ layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
 layout(std430, binding = 3) readonly buffer Heads { uint heads[]; };
 layout(std430, binding = 4) readonly buffer Meshes { Corner corners[]; };
 
-const int NEAR_VERTICES = 216, FAR_VERTICES = 12;
+const int NEAR_VERTICES = 216, FAR_VERTICES = 36;
 const float FIRST_FLOWER = 3.0;  // panicle and spike are seed heads
 
 uniform bool near;

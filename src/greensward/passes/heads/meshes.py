@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from greensward.scene.grass import HEADS
 
-NEAR_VERTICES, FAR_VERTICES = 216, 12
+NEAR_VERTICES, FAR_VERTICES = 216, 36
 Mesh = npt.NDArray[np.float64]
 
 
@@ -23,7 +23,7 @@ def head_meshes() -> npt.NDArray[np.float32]:
         "spike": (_spike, lambda: _crossed(0.09, 0.45)),
         "daisy": (_daisy, lambda: _disk(0.5, 0.02)),
         "cup": (_cup, lambda: _disk(0.48, 0.3)),
-        "globe": (_globe, lambda: _crossed(0.5, 0.5)),
+        "globe": (_globe, lambda: _crossed(0.9, 0.5)),
     }
     table = np.zeros((len(HEADS), NEAR_VERTICES + FAR_VERTICES, 8), np.float32)
     for row, kind in zip(table, HEADS, strict=True):
@@ -145,9 +145,9 @@ def _panicle() -> Mesh:
 
 
 def _crossed(width: float, widest: float) -> Mesh:
-    """Two upright diamonds across each other."""
+    """Three upright diamonds across each other."""
     faces = []
-    for turn in (0.0, np.pi / 2):
+    for turn in (0.0, np.pi / 3, 2 * np.pi / 3):
         left, right = _polar(width / 2, widest, turn), _polar(-width / 2, widest, turn)
         base, top = np.zeros(3), np.array([0.0, 1.0, 0.0])
         faces += [np.stack([base, left, right]), np.stack([left, top, right])]
@@ -155,8 +155,8 @@ def _crossed(width: float, widest: float) -> Mesh:
 
 
 def _disk(radius: float, height: float) -> Mesh:
-    turn = 2.0 * np.pi * np.arange(4) / 3 + 0.3
-    ring = _polar(radius, height, turn)
+    """A shallow cone of petals with a raised heart."""
+    turn = 2.0 * np.pi * np.arange(9) / 8
+    ring = _polar(radius * (1.0 - 0.12 * (np.arange(9) % 2)), height, turn)
     corners = np.stack([np.broadcast_to([0.0, 0.0, 0.0], ring[:-1].shape), ring[1:], ring[:-1]], 1)
-    heart = np.stack([_polar(0.15, height + 0.1, turn[k]) for k in range(3)])[None]
-    return np.concatenate([_facets(corners), _facets(heart, 1.0)])
+    return np.concatenate([_facets(corners), _dome(0.14, 0.1, 0.03 + 0.25 * height, 4)])

@@ -29,7 +29,7 @@ float ditherAt(ivec2 pixel) {
 float sunlit(vec3 p, vec3 normal, float turn) {
     for (int i = 0; i < light.cascades; i++) {
         float texel = light.shadow_texel_m[i];
-        vec3 lifted = p + normal * texel * 1.2 + light.to_sun.xyz * texel * 0.8;
+        vec3 lifted = p + normal * texel * 0.6 + light.to_sun.xyz * texel * 0.5;
         vec3 at = (light.shadow_from_world[i] * vec4(lifted, 1.0)).xyz;
         vec2 fromEdge = min(at.xy, 1.0 - at.xy);
         if (min(fromEdge.x, fromEdge.y) < 0.01 || at.z > 1.0) continue;

@@ -54,7 +54,13 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     float beyond = smoothstep(0.8, 1.0, away / sward.reach_m);
     float covered = mix(grown, smoothstep(0.05, 0.45, grown), max(thinned, beyond));
     float turf = covered * clamp(max(0.25 + 0.75 * thinned, beyond), 0.0, 1.0);
-    float mottled = 1.0 + 0.16 * simplex(xz * 0.9, 77u) * (1.0 - smoothstep(5.0, 60.0, away)) + 0.1 * simplex(xz * 0.07, 78u);
+    // tufts, as far as a pixel still tells them apart
+    float footprint = distance(onPlane(pixel + ivec2(0, 1), position_ws, normal), xz);
+    float mottled = 1.0;
+    for (float perM = 0.13; perM < 6.0; perM *= 2.9) {
+        float told = 1.0 - smoothstep(0.15, 0.6, perM * footprint);
+        if (told > 0.0) mottled += 0.16 * told * simplex(xz * perM, 77u + uint(perM * 100.0));
+    }
 
     // seen from afar the ground is a wall of blades, each turned to the viewer as much as up
     vec3 toViewer = normalize(view.eye_ws.xyz - position_ws);
@@ -62,7 +68,8 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 shading = normalize(mix(normal, wall, turf * max(thinned, beyond)));
     // under a sward little light arrives; from afar the ground stands for its tips
     float open = mix(1.0, mix(0.3, 0.85, max(thinned * thinned, beyond)), grown);
-    result[0] = packColour(mix(bare, grass.rgb * mottled, turf), turf * grass.w * 0.85);
+    vec3 hue = 1.0 + 0.16 * driftAt(xz * 0.31, 6007u) * vec3(1.0, 0.1, -0.6);
+    result[0] = packColour(mix(bare, grass.rgb * mottled * hue, turf), turf * grass.w * 0.85);
     result[1] = packNormal(shading, open, 0.95);
     return true;
 }
