@@ -150,7 +150,8 @@ class Renderer:
             self.resize(framebuffer.size)
             camera = camera or self.scene.camera
             self._draw(time_s, camera, (), None)
-            self._post.blit(framebuffer, self._gbuffer, camera)
+            with self.timers.measure("blit"):
+                self._post.blit(framebuffer, self._gbuffer, camera)
 
     def camera_matrices(
         self, camera: Camera | None = None
@@ -202,7 +203,8 @@ class Renderer:
                     self._shadows.framebuffers[number].clear(depth=1.0)
                     self._surfaces(self._shadows.framebuffers[number], shadow_view, time_s, 1 + number)
             for sample in range(self.samples):
-                self._gbuffer.clear()
+                with self.timers.measure("clear"):
+                    self._gbuffer.clear()
                 self._surfaces(self._gbuffer.framebuffer, view, time_s, 0, previous_view, jitter(sample), timed=True)
                 with self.timers.measure("ground"):
                     self._terrain.paint(self._gbuffer)

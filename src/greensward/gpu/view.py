@@ -1,5 +1,6 @@
 """What a draw call looks from: a camera, or the sun for a shadow map."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -51,15 +52,20 @@ class View:
         return np.concatenate([m[3] + m[:3], m[3] - m[:3]])
 
 
+def _cross(a: Sequence[float] | Matrix, b: Sequence[float] | Matrix) -> Matrix:
+    # np.cross costs more than all the rest of a view
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 def look(position: npt.ArrayLike, target: npt.ArrayLike) -> Matrix:
     """`view_from_world` of an eye at `position` looking at `target`, y up, −z forward."""
     eye = np.asarray(position, np.float64)
     forward = np.asarray(target, np.float64) - eye
     forward /= np.linalg.norm(forward)
-    helper = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 0.999 else np.array([0.0, 0.0, -1.0])
-    right = np.cross(forward, helper)
+    # level, unless it looks straight up or down
+    right = _cross(forward, (0.0, 1.0, 0.0) if abs(forward[1]) < 0.999 else (0.0, 0.0, -1.0))
     right /= np.linalg.norm(right)
-    up = np.cross(right, forward)
+    up = _cross(right, forward)
     matrix = np.eye(4)
     matrix[:3, :3] = right, up, -forward
     matrix[:3, 3] = -matrix[:3, :3] @ eye

@@ -1,6 +1,7 @@
 """Heights of the ground as a raster, the same for every kind: bilinear height and normal."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -36,12 +37,12 @@ class HeightField:
             heights = np.zeros((2, 2), np.float32)
         return cls(heights, ground.size_m)
 
-    @property
+    @cached_property
     def lowest_m(self) -> float:
         """Lowest height."""
         return float(self.heights.min())
 
-    @property
+    @cached_property
     def highest_m(self) -> float:
         """Greatest height."""
         return float(self.heights.max())

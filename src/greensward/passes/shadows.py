@@ -23,6 +23,9 @@ class ShadowMaps:
         self._world = world
         scene, settings = world.scene, world.scene.shadows
         self.count = settings.cascades if settings.enabled and scene.sun.elevation_deg > 0 else 0
+        self._to_sun = to_sun(scene)
+        self._rotation = look(self._to_sun, np.zeros(3))
+        self._rotation[:3, 3] = 0.0
         self._maps: list[moderngl.Texture] = []
         self.framebuffers: list[moderngl.Framebuffer] = []
         for _ in range(max(self.count, 1)):
@@ -46,12 +49,10 @@ class ShadowMaps:
         )
 
     def _view(self, scene: Scene, camera: View, radius_m: float, density: float) -> View:
-        size, sun = scene.shadows.size_px, to_sun(scene)
+        size, sun, rotation = scene.shadows.size_px, self._to_sun, self._rotation
         ahead = camera.axis_ws[:3] * np.array([1.0, 0.0, 1.0])
         centre = camera.camera_ws + ahead * radius_m * 0.8
         centre[1] = self._world.ground.heights.height(centre[0], centre[2])
-        rotation = look(sun, np.zeros(3))
-        rotation[:3, 3] = 0.0
         texel = 2.0 * radius_m / size
         in_light = rotation[:3, :3] @ centre
         in_light[:2] = np.round(in_light[:2] / texel) * texel
