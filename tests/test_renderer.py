@@ -74,7 +74,7 @@ def test_samples_smooth_edges_and_leave_the_truth_alone(renderer):
         assert np.array_equal(one.truth[key], many.truth[key]), name
     noise = [np.abs(np.diff(frame.image.astype(int), axis=1)).mean() for frame in (one, many)]
     assert noise[1] < 0.85 * noise[0]
-    assert abs(one.image.mean() - many.image.mean()) < 2
+    assert abs(one.image.mean() - many.image.mean()) < 5
 
 
 def test_progress_is_told_after_each_sample(renderer):
@@ -272,9 +272,7 @@ def test_two_renderers_with_contexts_of_their_own_take_turns(ctx, renderer):
                 assert np.array_equal(two.render(1.0).image, expected[1])
         one.resize((80, 45))
         assert one.render(1.0).image.shape == (45, 80, 3)
-    with ctx:
-        pass  # as it was: ours to enter and leave
-    ctx.__enter__()
+    ctx.__enter__()  # theirs are gone; ours is to be current again
 
 
 def test_released_twice_is_released(ctx, renderer):

@@ -86,7 +86,7 @@ class Renderer:
             if self._owned is not None:
                 self._owned.release()
             raise
-        self._view: View
+        self._view: View | None = None
         self._seen_from: tuple[tuple[Camera, tuple[int, int]] | None, tuple[View, ...]] = (None, ())
         self._previous: tuple[View, float] | None = None
         self._released = False
@@ -114,7 +114,7 @@ class Renderer:
     @property
     def blades_in_view(self) -> int:
         """Blades handed to the technique for the last picture, before its own tests."""
-        return sum(seen.blades.items for seen in self._world.seen(self._view))
+        return sum(seen.blades.items for seen in self._world.seen(self._view)) if self._view else 0
 
     @property
     def field_bytes(self) -> int:

@@ -14,6 +14,7 @@ from greensward.scene import Camera, Gusts
 from greensward.techniques import SETTINGS, TECHNIQUES
 from greensward.truth import AOVS, CLASSES
 from live_objects import live_objects
+from reprojection import world_points
 from small_scenes import BREEZE, GRASS, NOISE, small_scene
 
 SKY, GROUND, GRASS_CLASS, FLOWER, OBJECT = (CLASSES[name] for name in ("sky", "ground", "grass", "flower", "object"))
@@ -228,31 +229,12 @@ def test_an_id_is_that_of_the_blade_that_stands_there(renderer, technique):
     drawn = renderer(scene)
     truth = drawn.render(1.0, aovs=["blade-id", "depth"]).truth
     rows, columns = np.nonzero(truth["blade_id"])
-    p = _world_points(drawn, scene.camera, truth["depth"])[rows, columns]
+    p = world_points(drawn, scene.camera, truth["depth"])[rows, columns]
     blades = np.concatenate([np.frombuffer(page.blades.read(), BLADE) for page in drawn._world.field.pages])
     blade = blades[truth["blade_id"][rows, columns].astype(int) - 1]
     away = np.linalg.norm(p - blade["root"], axis=1)
     assert len(away) > 1000
     assert (away <= blade["height"] + 0.1).all()
-
-
-def _world_points(drawn, camera: Camera, depth: np.ndarray) -> np.ndarray:
-    """Points (height, width, 3) at the pixels' centres and depths."""
-    view_from_world, clip_from_view = drawn.camera_matrices(camera)
-    height, width = depth.shape
-    x = (np.arange(width) + 0.5) / width * 2 - 1
-    y = 1 - (np.arange(height) + 0.5) / height * 2
-    in_view = np.stack(
-        [
-            x[None, :] / clip_from_view[0, 0] * depth,
-            y[:, None] / clip_from_view[1, 1] * depth,
-            -depth,
-            np.ones_like(depth),
-        ],
-        -1,
-    )
-    with np.errstate(invalid="ignore"):
-        return (in_view @ np.linalg.inv(view_from_world).T)[..., :3]
 
 
 def test_motion_of_a_moving_camera_is_the_reprojection(renderer, technique):
@@ -263,7 +245,7 @@ def test_motion_of_a_moving_camera_is_the_reprojection(renderer, technique):
     drawn = renderer(scene)
     drawn.render(0.0, camera=before)
     truth = drawn.render(0.5, camera=after, aovs=["motion", "depth", "class"]).truth
-    p = _world_points(drawn, after, truth["depth"])
+    p = world_points(drawn, after, truth["depth"])
     view_from_world, clip_from_view = drawn.camera_matrices(before)
     known = truth["class"] != SKY
     clip = np.concatenate([p[known], np.ones((known.sum(), 1))], 1) @ (clip_from_view @ view_from_world).T

@@ -80,9 +80,14 @@ def sun_at_ground(scene: Scene) -> npt.NDArray[np.float64]:
 
 
 def exposure(scene: Scene, sky_irradiance_up: npt.NDArray[np.float64]) -> float:
-    """Scale that brings a fifth-grey horizontal surface under this sun and sky to a fifth of white."""
+    """Scale from radiance to what the tone curve expects, as an eye would adapt to this sun and sky.
+
+    A grey card of a fifth, half turned to the sun, comes out as a fifth by a late afternoon sun; adaptation is not
+    complete, so that noon stays brighter and dusk darker.
+    """
     luminance = np.array([0.2126, 0.7152, 0.0722])
-    # a low sun still lights what stands upright
-    sun = float(sun_at_ground(scene) @ luminance) * max(math.sin(math.radians(scene.sun.elevation_deg)), 0.3)
-    total = sun + float(sky_irradiance_up @ luminance)
-    return math.pi / max(total, 1e-6) * math.exp2(scene.post.exposure_ev)
+    towards_sun = 0.27 + 0.23 * math.sin(math.radians(scene.sun.elevation_deg))
+    light = float(sun_at_ground(scene) @ luminance) * towards_sun + float(sky_irradiance_up @ luminance)
+    afternoon, adaptation = 3.85, 0.8
+    adapted = afternoon * (max(light, 1e-4) / afternoon) ** adaptation
+    return math.pi / adapted * math.exp2(scene.post.exposure_ev)

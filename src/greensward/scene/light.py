@@ -24,7 +24,7 @@ class Sky(Model):
     haze: Number = Field(1.0, ge=0, le=50)
     """Dust and moisture: 0 is pure air, 1 a clear day, 10 very hazy."""
     clouds: Number = Field(0.35, ge=0, le=1)
-    """Part of the sky that clouds cover."""
+    """Part of the sky that clouds cover. They are far off: the sun shines on the grass all the same."""
     strength: Number = Field(1.0, ge=0, le=100)
     """Factor on the light of the sky."""
 

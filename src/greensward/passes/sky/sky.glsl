@@ -28,7 +28,7 @@ vec3 withClouds(vec3 d, vec3 clear) {
 
     vec2 low = d.xz / (d.y + 0.055) * 0.55;
     float puff = octaves(low + vec2(3.1, 7.7), 431u, 6, 0.56, 2.2);
-    float depth = puff - (0.62 - 0.95 * light.clouds);
+    float depth = puff - (0.74 - 1.45 * light.clouds);
     float cover = smoothstep(0.0, 0.22, depth) * fade;
     // thick parts are dark below, the side towards the sun is bright
     float towards = octaves(low + 0.16 * light.to_sun.xz + vec2(3.1, 7.7), 431u, 4, 0.56, 2.2);
