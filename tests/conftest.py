@@ -4,11 +4,15 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import moderngl
+import numpy.typing as npt
 import pytest
 
 from greensward.gpu.context import open_context
+from greensward.ground import HeightField
+from greensward.ground.ground_gpu import GroundGpu
 from greensward.renderer import Renderer
 from greensward.scene import Scene
+from greensward.sowing import Field
 
 
 @pytest.fixture(scope="session")
@@ -43,6 +47,23 @@ def renderer(ctx: moderngl.Context) -> Iterator[Callable[..., Renderer]]:
     def make(scene: Scene, **options: Any) -> Renderer:
         made.append(Renderer(scene, **{"size": (160, 90), "ctx": ctx, **options}))
         return made[-1]
+
+    yield make
+    for each in made:
+        each.release()
+
+
+@pytest.fixture
+def sow(ctx: moderngl.Context) -> Iterator[Callable[..., Field]]:
+    """Sows a scene's field around a focus; without one, around a point on the ground below the origin."""
+    made: list[Field | GroundGpu] = []
+
+    def make(scene: Scene, focus: npt.ArrayLike = (0.0, 0.0, 0.0), slack_m: float = 0.0) -> Field:
+        ground = GroundGpu(ctx, scene, HeightField.of(scene))
+        field = Field(ctx, scene, ground)
+        made.extend((field, ground))
+        field.sow(focus, slack_m)
+        return field
 
     yield make
     for each in made:

@@ -24,7 +24,7 @@ def shader_call(
     inputs: Mapping[str, np.ndarray],
     output: str,
     *,
-    blocks: Mapping[Block, Mapping[str, object]] = {},  # noqa: B006
+    blocks: Mapping[Block, Mapping[str, object]] = {},
     source: str = "",
 ) -> np.ndarray:
     """Evaluate GLSL for every row of the inputs.

@@ -6,7 +6,6 @@ draws the references anew, all or some. Look at them before they are committed.
 """
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -91,8 +90,8 @@ def compare(name: str, actual: Picture, references: Path = REFERENCES, failures:
         Image.fromarray(expected).save(kept["expected"])
         Image.fromarray(np.minimum(step * 8, 255).astype(np.uint8)).save(kept["difference"])
         pytest.fail(
-            f"{name}: {differing:.2%} of the pixels differ by more than {STEP}/255 (at most {MOST_DIFFERING:.2%} may); "
-            f"see {failures}/{name}-*.png; if it is meant so: {how}",
+            f"{name}: {differing:.2%} of the pixels differ by more than {STEP}/255 "
+            f"(at most {MOST_DIFFERING:.2%} may); see {failures}/{name}-*.png; if it is meant so: {how}",
             pytrace=False,
         )
 
@@ -105,10 +104,10 @@ def test_picture(ctx, tmp_path, name):
 
 
 @pytest.fixture
-def folders(tmp_path) -> Iterator[tuple[Path, Path]]:
+def folders(tmp_path) -> tuple[Path, Path]:
     references, failures = tmp_path / "references", tmp_path / "failures"
     references.mkdir()
-    yield references, failures
+    return references, failures
 
 
 def _picture(seed: int = 0) -> Picture:
@@ -116,12 +115,14 @@ def _picture(seed: int = 0) -> Picture:
 
 
 def test_a_missing_reference_fails_and_keeps_the_picture(folders):
-    with pytest.raises(pytest.fail.Exception, match="some: there is no reference.*--accept some"):
+    with pytest.raises(pytest.fail.Exception, match=r"some: there is no reference.*--accept some"):
         compare("some", _picture(), *folders)
     assert [path.name for path in folders[1].iterdir()] == ["some-actual.png"]
 
 
-@pytest.mark.parametrize(("pixels", "step", "passes"), [(2000, 5, True), (2, 255, True), (3, 6, False), (2000, 6, False)])
+@pytest.mark.parametrize(
+    ("pixels", "step", "passes"), [(2000, 5, True), (2, 255, True), (3, 6, False), (2000, 6, False)]
+)
 def test_how_much_may_differ(folders, pixels, step, passes):
     """A thousandth of 2000 pixels is two."""
     expected = _picture()
@@ -134,7 +135,9 @@ def test_how_much_may_differ(folders, pixels, step, passes):
         return
     with pytest.raises(pytest.fail.Exception, match="of the pixels differ by more than 5/255"):
         compare("some", actual, *folders)
-    kept = {part: np.asarray(Image.open(folders[1] / f"some-{part}.png")) for part in ("actual", "expected", "difference")}
+    kept = {
+        part: np.asarray(Image.open(folders[1] / f"some-{part}.png")) for part in ("actual", "expected", "difference")
+    }
     assert np.array_equal(kept["actual"], actual)
     assert np.array_equal(kept["expected"], expected)
     assert (kept["difference"] > 0).sum() == pixels

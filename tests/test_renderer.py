@@ -30,7 +30,9 @@ def test_sizes(renderer, size, shell):
 @pytest.mark.parametrize("size", [(0, 0), (10, 0), (-1, 5), (20_000, 10), (10, 20_000)])
 def test_impossible_sizes_are_refused(ctx, renderer, size):
     before = live_objects(ctx)
-    with pytest.raises(InputError, match=rf"size: must be 1 to 16384 pixels a side on this driver \(got {size[0]}x{size[1]}\)"):
+    with pytest.raises(
+        InputError, match=rf"size: must be 1 to 16384 pixels a side on this driver \(got {size[0]}x{size[1]}\)"
+    ):
         renderer(small_scene(), size=size)
     assert live_objects(ctx) == before
     drawn = renderer(small_scene())
@@ -46,7 +48,10 @@ def test_impossible_samples_are_refused(renderer, samples):
         renderer(small_scene(), samples=samples)
 
 
-@pytest.mark.parametrize("technique", [{"name": "no-such"}, {"name": "bezier-blades", "nonsense": 3}, {"name": "bezier-blades", "max_level": 0}])
+@pytest.mark.parametrize(
+    "technique",
+    [{"name": "no-such"}, {"name": "bezier-blades", "nonsense": 3}, {"name": "bezier-blades", "max_level": 0}],
+)
 def test_unknown_techniques_and_settings_are_refused(ctx, renderer, technique):
     before = live_objects(ctx)
     with pytest.raises(InputError, match="technique"):
@@ -87,7 +92,7 @@ def test_an_error_in_progress_leaves_the_renderer_usable(ctx, renderer):
     drawn = renderer(small_scene(), samples=2)
     expected = drawn.render().image
 
-    def stop(done, total):
+    def stop(*_):
         raise KeyboardInterrupt
 
     before = snapshot(ctx)
@@ -232,7 +237,9 @@ def _wall_depth(drawn: Renderer, camera: Camera, shape: tuple[int, ...], z: floa
     view_from_world, clip_from_view = drawn.camera_matrices(camera)
     height, width = shape
     x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, 1 - (np.arange(height) + 0.5) / height * 2)
-    ray = np.stack([x / clip_from_view[0, 0], y / clip_from_view[1, 1], -np.ones_like(x)], -1) @ view_from_world[:3, :3]
+    ray = (
+        np.stack([x / clip_from_view[0, 0], y / clip_from_view[1, 1], -np.ones_like(x)], -1) @ view_from_world[:3, :3]
+    )
     eye = np.linalg.inv(view_from_world)[:3, 3]
     with np.errstate(divide="ignore"):
         depth = (z - eye[2]) / ray[..., 2]
@@ -300,7 +307,9 @@ def test_passes_are_timed_when_asked(renderer):
     assert drawn.timers.milliseconds() == {}
     drawn.timers.enabled = True
     drawn.render()
-    assert {"move", "shadows", "objects", "grass", "heads", "ground", "light", "post"} <= set(drawn.timers.milliseconds())
+    assert {"move", "shadows", "objects", "grass", "heads", "ground", "light", "post"} <= set(
+        drawn.timers.milliseconds()
+    )
 
 
 def test_a_hundred_million_blades_are_refused_and_nothing_is_left(ctx, renderer, monkeypatch):
@@ -309,6 +318,8 @@ def test_a_hundred_million_blades_are_refused_and_nothing_is_left(ctx, renderer,
     monkeypatch.setattr(field, "available_bytes", lambda _: 2 << 30)
     drawn = renderer(small_scene(sowing={"density_per_m2": 4000.0, "full_density_m": 90.0, "reach_m": 90.0}))
     before = live_objects(ctx)
-    with pytest.raises(InputError, match=r"sowing: about 1\d\d million blades need [\d.]+ GiB, and this device can give 2\.0 GiB"):
+    with pytest.raises(
+        InputError, match=r"sowing: about 1\d\d million blades need [\d.]+ GiB, and this device can give 2\.0 GiB"
+    ):
         drawn.render()
     assert live_objects(ctx) == before

@@ -23,15 +23,21 @@ def _project(matrix: np.ndarray, *points) -> np.ndarray:
 
 @pytest.mark.parametrize(("above", "expected"), [(True, 9.0), (False, 8.0)])
 def test_height_above_ground(above, expected):
-    camera = _camera(position=(0.0, expected - 7.0 * above, 0.0), target=(5.0, 8.0 - 7.0 * above, 5.0), height_above_ground=above)
+    camera = _camera(
+        position=(0.0, expected - 7.0 * above, 0.0), target=(5.0, 8.0 - 7.0 * above, 5.0), height_above_ground=above
+    )
     position, target = place(camera, _HIGH)
     assert position.tolist() == [0.0, expected, 0.0]
     assert target.tolist() == [5.0, 8.0, 5.0]
 
 
-@pytest.mark.parametrize("camera", [_camera((0, 0, 0)), _camera((0, -1, 0)), _camera((0, 6.9, 0), height_above_ground=False)])
+@pytest.mark.parametrize(
+    "camera", [_camera((0, 0, 0)), _camera((0, -1, 0)), _camera((0, 6.9, 0), height_above_ground=False)]
+)
 def test_a_camera_inside_the_ground_is_refused(camera):
-    with pytest.raises(InputError, match=r"camera\.position_m: must be above the ground, which is 7\.00 m high there") as refused:
+    with pytest.raises(
+        InputError, match=r"camera\.position_m: must be above the ground, which is 7\.00 m high there"
+    ) as refused:
         place(camera, _HIGH)
     assert "raise y, or set" in str(refused.value)
     assert ("height_above_ground = true" in str(refused.value)) or camera.height_above_ground
@@ -94,7 +100,10 @@ def test_clip_planes_part_inside_from_outside():
 
 def test_projections():
     matrix = perspective(90.0, 2.0, 1.0, 9.0)
-    assert _project(matrix, (2, 1, -1), (18, -9, -9)).tolist() == [pytest.approx([1, 1, -1]), pytest.approx([1, -1, 1])]
+    assert _project(matrix, (2, 1, -1), (18, -9, -9)).tolist() == [
+        pytest.approx([1, 1, -1]),
+        pytest.approx([1, -1, 1]),
+    ]
     matrix = orthographic(5.0, -2.0, 8.0)
     assert _project(matrix, (5, -5, 2), (0, 0, -8)).tolist() == [pytest.approx([1, -1, -1]), pytest.approx([0, 0, 1])]
 

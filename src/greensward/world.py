@@ -17,7 +17,7 @@ from greensward.sowing import Field, Page
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-_NEAR_HEAD_PX = 22.0  # heads smaller than this on the screen are drawn simply
+_HEAD_PX = (22.0, 7.0)  # the largest heads of a tile, on the screen: full, simple, or least detail
 BLADES, POSTURES, CHUNKS, HEADS, MESHES, RECORDS = range(6)
 """Shader-storage bindings while the field is drawn."""
 
@@ -33,12 +33,11 @@ class Instant:
 
 @dataclass(frozen=True)
 class Seen:
-    """What a view may show of a page: chunks of blades, nearest tiles first, and heads, near and far."""
+    """What a view may show of a page: chunks of blades, nearest tiles first, and heads by level of detail."""
 
     page: Page
     blades: Span
-    near_heads: Span
-    far_heads: Span
+    heads: tuple[Span, ...]
 
 
 class World:
@@ -99,8 +98,8 @@ class World:
             for view, needed in zip(views, eighths, strict=True):
                 blades = self._blades(page, order, needed)
                 if blades.count:
-                    near, far = self._heads(page, order[needed > 0], away, view)
-                    self._seen[view].append(Seen(page, blades, near, far))
+                    heads = self._heads(page, order[needed > 0], away, view)
+                    self._seen[view].append(Seen(page, blades, heads))
             self._moving.append((page, self._blades(page, order, eighths.max(axis=0))))
         self.chunks.cut()
 
@@ -109,14 +108,12 @@ class World:
         at = order[some]
         return self.chunks.add(page.tiles.start[at], page.tiles.up_to[at, eighths[some] - 1])
 
-    def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[Span, Span]:
-        near_m = self._largest_head_m / (view.pixel_m[0] * _NEAR_HEAD_PX) if view.pixel_m[0] else 0.0
-        near = away[at] < near_m
+    def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[Span, ...]:
+        # a shadow map shows heads a texel or two large
+        size_px = self._largest_head_m / np.maximum(away[at] * view.pixel_m[0], 1e-9) * (view.pixel_m[0] > 0)
+        level = np.searchsorted(-np.array(_HEAD_PX), -size_px)
         start, length = page.tiles.head_start[at], page.tiles.heads[at]
-        return (
-            self.chunks.add(start[near], length[near], 1),
-            self.chunks.add(start[~near], length[~near], 1),
-        )
+        return tuple(self.chunks.add(start[level == k], length[level == k], 1) for k in range(len(_HEAD_PX) + 1))
 
     def seen(self, view: View) -> Sequence[Seen]:
         """What the view may show, by page of the field."""

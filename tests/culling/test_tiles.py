@@ -90,8 +90,12 @@ def test_the_picture_is_that_of_all_blades(renderer, monkeypatch, camera, ground
 @pytest.mark.parametrize("camera", ["ahead", "telescope"])
 def test_a_wider_picture_shows_the_same_in_its_middle(renderer, camera):
     """Blades at the border are not dropped by the tests on the GPU either."""
-    scene = small_scene(camera=_CAMERAS[camera], grass=[{**GRASS, "width_m": [0.05, 0.08]}], sowing={"density_per_m2": 25.0})
-    narrow, wide = (renderer(scene, size=(width, 90)).render(aovs=("blade-id",)).truth["blade_id"] for width in (60, 160))
+    scene = small_scene(
+        camera=_CAMERAS[camera], grass=[{**GRASS, "width_m": [0.05, 0.08]}], sowing={"density_per_m2": 25.0}
+    )
+    narrow, wide = (
+        renderer(scene, size=(width, 90)).render(aovs=("blade-id",)).truth["blade_id"] for width in (60, 160)
+    )
     assert (narrow > 0).sum() > 500
     assert (narrow != wide[:, 50:110]).mean() < 0.002
 
@@ -135,7 +139,9 @@ def test_each_span_finds_its_own_chunks(ctx):
         spans = [table.add(*(np.array(part, np.int64) for part in runs), size) for runs in _RUNS for size in (32, 1)]
         table.cut()
         rows = _rows(table)
-        for span, ((start, length), _) in zip(spans, [(runs, size) for runs in _RUNS for size in (32, 1)], strict=True):
+        for span, ((start, length), _) in zip(
+            spans, [(runs, size) for runs in _RUNS for size in (32, 1)], strict=True
+        ):
             mine = rows[span.first : span.first + span.count]
             assert _items(mine) == [s + i for s, n in zip(start, length, strict=True) for i in range(n)]
         assert sum(span.count for span in spans) == table.count == len(rows)

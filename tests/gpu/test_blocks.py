@@ -49,7 +49,9 @@ def _values(block: Block) -> dict[str, np.ndarray]:
         size = int(np.prod(shape, dtype=int))
         values[name] = np.arange(number, number + size, dtype=float).reshape(shape)
         number += size
-        assert bool(rest) == (values[name].ndim == (3 if kind == "mat4" else 2) and kind in ("vec4", "mat4") and bool(rest))
+        assert bool(rest) == (
+            values[name].ndim == (3 if kind == "mat4" else 2) and kind in ("vec4", "mat4") and bool(rest)
+        )
     return values
 
 
@@ -64,7 +66,9 @@ def test_a_shader_reads_every_member(ctx, declared, member):
             # rows in Python are rows in GLSL: M * (1, 0, 0, 0) is the first column
             for column in range(4):
                 basis = ", ".join("1.0" if i == column else "0.0" for i in range(4))
-                got = shader_call(ctx, "block/Odd", f"{at} * vec4({basis})", {"x": np.zeros(1)}, "vec4", blocks={declared: values})
+                got = shader_call(
+                    ctx, "block/Odd", f"{at} * vec4({basis})", {"x": np.zeros(1)}, "vec4", blocks={declared: values}
+                )
                 assert np.array_equal(got[0], expected[:, column])
         else:
             got = shader_call(ctx, "block/Odd", at, {"x": np.zeros(1)}, kind, blocks={declared: values})

@@ -15,7 +15,12 @@ def test_each_include_is_inlined_once_where_it_is_first_needed():
     source = assemble("outer", {"LEVEL": 3, "FAST": "true"}, _NESTED)
     lines = source.text.splitlines()
     assert lines[:3] == ["#version 430 core", "#define LEVEL 3", "#define FAST true"]
-    assert lines[3:] == ["// one", _NESTED["inner"], "float middle() { return inner(); }", "float outer() { return middle(); }"]
+    assert lines[3:] == [
+        "// one",
+        _NESTED["inner"],
+        "float middle() { return inner(); }",
+        "float outer() { return middle(); }",
+    ]
     assert source.origin[3:] == (("outer", 1), ("inner", 1), ("middle", 2), ("outer", 4))
     assert len(source.origin) == len(lines)
 
@@ -53,7 +58,9 @@ def test_a_stage_that_does_not_compile_names_its_file(ctx, monkeypatch):
     from greensward.gpu import program
 
     vertex = "passes/post/blit.vert"
-    monkeypatch.setattr(program, "_read", lambda path: ("", "", "void main() { wrong; }" if path == vertex else "void main() {}"))
+    monkeypatch.setattr(
+        program, "_read", lambda path: ("", "", "void main() { wrong; }" if path == vertex else "void main() {}")
+    )
     with pytest.raises(ShaderError, match=rf"{vertex}:3:"):
         build(ctx, vertex, "passes/post/blit.frag")
 
@@ -76,4 +83,7 @@ def test_positions_of_every_driver(position):
 
 def test_several_messages_and_lines_out_of_range():
     sources = {"compute_shader": Source("", (("x.comp", 0), ("x.comp", 1)))}
-    assert locate("0:1(1): a\n0:2(3): b\n0:99(1): c\nat 12:30", sources) == "x.comp:0: a\nx.comp:1: b\n0:99(1): c\nat 12:30"
+    assert (
+        locate("0:1(1): a\n0:2(3): b\n0:99(1): c\nat 12:30", sources)
+        == "x.comp:0: a\nx.comp:1: b\n0:99(1): c\nat 12:30"
+    )

@@ -93,16 +93,14 @@ def test_height_range_bounds_what_the_raster_does():
 def test_noise_ground_follows_its_settings():
     flat = HeightField.of(small_scene(ground={**NOISE, "height_m": 0.0}))
     assert flat.lowest_m == flat.highest_m == 0.0
-    one, same, other = (
-        HeightField.of(small_scene(ground=NOISE, seed=seed)).heights.tobytes() for seed in (5, 5, 6)
-    )
+    one, same, other = (HeightField.of(small_scene(ground=NOISE, seed=seed)).heights.tobytes() for seed in (5, 5, 6))
     assert one == same != other
     doubled = HeightField.of(small_scene(ground={**NOISE, "height_m": 16.0}))
     assert np.allclose(doubled.heights, 2 * np.frombuffer(one, np.float32).reshape(65, 65))
     assert HeightField.of(small_scene(ground={**NOISE, "size_m": [80.0, 20.0]})).heights.shape == (17, 65)
 
 
-def test_a_map_beyond_the_driver_is_refused(ctx, monkeypatch):
+def test_a_map_beyond_the_driver_is_refused(ctx):
     scene = small_scene()
     wide = HeightField(np.zeros((2, 20_000), np.float32), (10.0, 10.0))
     with pytest.raises(InputError, match=r"20000 × 2 is beyond this driver's 16384"):

@@ -36,7 +36,9 @@ def test_gusts(ctx, change, time_s):
 def test_winds_add_up(ctx):
     p, breeze = _points(), {**_GUSTY, "direction_deg": 90.0, "speed_mps": 2.0}
     both = _wind_at(ctx, [_GUSTY, breeze], p, 2.0)
-    expected = wind.gusts(_GUSTY, 5, p.astype(np.float64), 2.0) + wind.gusts(breeze, 5 + 97, p.astype(np.float64), 2.0)
+    expected = wind.gusts(_GUSTY, 5, p.astype(np.float64), 2.0) + wind.gusts(
+        breeze, 5 + 97, p.astype(np.float64), 2.0
+    )
     assert np.abs(both - expected).max() < 2e-3
     assert (_wind_at(ctx, [], p, 2.0) == 0).all()
 
@@ -54,7 +56,9 @@ def test_gusts_travel_downwind(ctx):
     travelled = 6.0 * step_s * np.array([np.sin(np.radians(70)), 0, -np.cos(np.radians(70))], np.float32)
     before = np.linalg.norm(_wind_at(ctx, [_GUSTY], p, 1.0)[:, :3], axis=1)
     after = {
-        shift: np.linalg.norm(_wind_at(ctx, [_GUSTY], (p + shift * travelled).astype(np.float32), 1.0 + step_s)[:, :3], axis=1)
+        shift: np.linalg.norm(
+            _wind_at(ctx, [_GUSTY], (p + shift * travelled).astype(np.float32), 1.0 + step_s)[:, :3], axis=1
+        )
         for shift in (-1, 0, 1)
     }
     alike = {shift: np.corrcoef(before, speed)[0, 1] for shift, speed in after.items()}
@@ -65,7 +69,9 @@ def test_gusts_travel_downwind(ctx):
 def test_mean_speed_and_steadiness(ctx):
     p = _points(20_000, 300.0)
     speed = {
-        gustiness: np.linalg.norm(_wind_at(ctx, [{**_GUSTY, "gustiness": gustiness, "turbulence": 0.0}], p, 0.0)[:, :3], axis=1)
+        gustiness: np.linalg.norm(
+            _wind_at(ctx, [{**_GUSTY, "gustiness": gustiness, "turbulence": 0.0}], p, 0.0)[:, :3], axis=1
+        )
         for gustiness in (0.0, 0.5, 1.0)
     }
     assert np.ptp(speed[0.0]) < 1e-4
@@ -88,13 +94,15 @@ def test_lean(ctx):
 
 
 @pytest.fixture
-def stand(ctx, renderer):
+def stand(renderer):
     """Rest blades, and their postures in a wind at a time as the package computes them."""
 
     def at(time_s: float, winds: list[dict[str, object]], **tables):
         scene = small_scene(wind=winds, sowing={"full_density_m": 12.0, "density_per_m2": 20.0}, **tables)
         # from above the whole field is seen, and so every blade has a posture
-        high = scene.camera.model_copy(update={"position_m": (0.0, 11.0, 0.1), "target_m": (0.0, 0.0, 0.0), "fov_y_deg": 120.0})
+        high = scene.camera.model_copy(
+            update={"position_m": (0.0, 11.0, 0.1), "target_m": (0.0, 0.0, 0.0), "fov_y_deg": 120.0}
+        )
         drawn = renderer(scene.model_copy(update={"camera": high}))
         drawn.render(time_s)
         (page,) = drawn._world.field.pages
@@ -155,7 +163,7 @@ def test_blades_lean_downwind_and_more_in_a_storm(stand):
     assert lean[0] + 0.05 < lean[1] < lean[2] - 0.1
 
 
-def test_previous_posture_is_that_of_the_previous_instant(ctx, renderer):
+def test_previous_posture_is_that_of_the_previous_instant(renderer):
     drawn = renderer(small_scene(wind=[_GUSTY | {"kind": "gusts"}]))
     drawn.render(1.0)
     (page,) = drawn._world.field.pages
@@ -170,5 +178,5 @@ def test_previous_posture_is_that_of_the_previous_instant(ctx, renderer):
 
 @pytest.mark.parametrize("time_s", [1e6, -1e9])
 def test_far_instants_are_drawn_too(stand, time_s):
-    blades, postures = stand(time_s, [_GUSTY])
+    _, postures = stand(time_s, [_GUSTY])
     assert np.isfinite(postures).all()

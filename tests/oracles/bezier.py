@@ -1,5 +1,7 @@
 """Quadratic Bézier curves; arrays of points are (n, 3)."""
 
+from itertools import pairwise
+
 import numpy as np
 
 
@@ -36,9 +38,7 @@ def halved_length(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray) -> np.ndarray:
     return approximate_length(v0, a, middle) + approximate_length(middle, b, v2)
 
 
-def keep_length(
-    v0: np.ndarray, v1: np.ndarray, v2: np.ndarray, length: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def keep_length(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Control point and tip with both legs scaled to the length (Jahrmann & Wimmer 2017), measured in halves."""
     ratio = (length / halved_length(v0, v1, v2))[:, None]
     control = v0 + ratio * (v1 - v0)
@@ -49,7 +49,7 @@ def farthest_from_chords(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray, segment
     """Greatest distance of one curve, points (3,), from the polyline of this many equal steps."""
     knots = np.linspace(0.0, 1.0, segments + 1)
     worst = 0.0
-    for a, b in zip(knots[:-1], knots[1:], strict=True):
+    for a, b in pairwise(knots):
         p, q = (point(v0, v1, v2, np.array(t)) for t in (a, b))
         on_curve = point(v0, v1, v2, np.linspace(a, b, 21))
         along = np.clip((on_curve - p) @ (q - p) / max((q - p) @ (q - p), 1e-12), 0.0, 1.0)

@@ -22,7 +22,9 @@ def clump_centres(xz: np.ndarray, clump_m: float, seed: int) -> np.ndarray:
     near = np.array([(i, j) for i in range(-2, 3) for j in range(-2, 3)])
     wanted = np.unique((cells[:, None] + near).reshape(-1, 2), axis=0)
     centre = {
-        (int(x), int(z)): (np.array([x, z]) + unit(np.array(hash3(int(x) & _MASK, int(z) & _MASK, seed ^ 0x51ED270B)))[:2])
+        (int(x), int(z)): (
+            np.array([x, z]) + unit(np.array(hash3(int(x) & _MASK, int(z) & _MASK, seed ^ 0x51ED270B)))[:2]
+        )
         * clump_m
         for x, z in wanted
     }

@@ -113,11 +113,20 @@ def test_filmic_curve(ctx):
     assert got[0, 0] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_exposure_puts_a_fifth_grey_ground_at_a_fifth():
-    scene = small_scene(sun={"elevation_deg": 50.0}, post={"exposure_ev": 0.0})
-    sky = np.array([3.0, 3.5, 5.0])
-    irradiance = sun_at_ground(scene) * math.sin(math.radians(50.0)) + sky
-    radiance = 0.2 / math.pi * irradiance @ [0.2126, 0.7152, 0.0722]
-    assert radiance * exposure(scene, sky) == pytest.approx(0.2)
-    brighter = scene.model_copy(update={"post": scene.post.model_copy(update={"exposure_ev": 2.0})})
-    assert exposure(brighter, sky) == pytest.approx(4 * exposure(scene, sky))
+@pytest.mark.parametrize("elevation_deg", [2.0, 18.0, 60.0])
+def test_exposure_adapts_to_the_light_but_not_wholly(elevation_deg):
+    """Ten times the light: the picture gets brighter, but by far less than ten times."""
+    sky = np.array([0.5, 0.6, 0.9])
+    dim, bright = (
+        small_scene(sun={"elevation_deg": elevation_deg, "strength": strength}, post={"exposure_ev": 0.0})
+        for strength in (1.0, 10.0)
+    )
+    shown = 10.0 * exposure(bright, 10.0 * sky) / exposure(dim, sky)
+    assert 1.2 < shown < 2.5
+    stops = dim.model_copy(update={"post": dim.post.model_copy(update={"exposure_ev": 2.0})})
+    assert exposure(stops, sky) == pytest.approx(4 * exposure(dim, sky))
+
+
+def test_exposure_without_any_light_is_finite():
+    night = small_scene(sun={"elevation_deg": -10.0})
+    assert 0 < exposure(night, np.zeros(3)) < 1e9

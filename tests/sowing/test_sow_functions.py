@@ -26,9 +26,7 @@ def _leaves(ctx, x: int, z: int, level: int, count: int, seed: int = 5) -> np.nd
 def test_every_blade_of_every_leaf_is_visited_once(ctx, x, z, level):
     per_leaf, edge = 5, 2**level
     got = _leaves(ctx, x, z, level, per_leaf * edge * edge)
-    every = itertools.product(
-        range(x * edge, (x + 1) * edge), range(z * edge, (z + 1) * edge), range(per_leaf)
-    )
+    every = itertools.product(range(x * edge, (x + 1) * edge), range(z * edge, (z + 1) * edge), range(per_leaf))
     assert sorted(map(tuple, got.tolist())) == sorted(every)
 
 
@@ -93,6 +91,11 @@ def test_species_are_picked_by_weight(ctx):
     rows = np.zeros((16 * 9, 4))
     rows[[0, 9, 18], 0] = 2.0, 0.0, 6.0
     got = shader_call(
-        ctx, _SOW, "pickSpecies(vec2(0.0), c)", {"c": chance}, "int", blocks={SWARD_BLOCK: {"species": rows, "count": 3, "drift_m": 1.0}}
+        ctx,
+        _SOW,
+        "pickSpecies(vec2(0.0), c)",
+        {"c": chance},
+        "int",
+        blocks={SWARD_BLOCK: {"species": rows, "count": 3, "drift_m": 1.0}},
     )
     assert np.bincount(got, minlength=3) / 4000 == pytest.approx([0.25, 0.0, 0.75], abs=1e-3)

@@ -49,8 +49,7 @@ def test_dandelion_has_three_pairs_of_lobes(ctx):
     """Reading chosen for the spec's words "lobes by |sin|·|cos| of the level"."""
     v = np.linspace(0, 1, 601, dtype="f4")
     wide = [
-        _outline(ctx, "dandelion", {"u": np.full_like(v, u), "v": v, "px": np.full_like(v, 9)})
-        for u in (0.0, 1.0)
+        _outline(ctx, "dandelion", {"u": np.full_like(v, u), "v": v, "px": np.full_like(v, 9)}) for u in (0.0, 1.0)
     ]
     width = wide[1] - wide[0]
     assert np.abs(wide[0] + wide[1] - 1).max() < 1e-6

@@ -89,7 +89,9 @@ def test_a_small_step_of_the_camera_keeps_the_blades(renderer, technique):
     assert differs.mean() < 0.02
 
 
-@pytest.mark.parametrize("none", [{"sowing": {"density_per_m2": 0.0}}, {"grass": [{**GRASS, "share": 0.0}]}], ids=["density", "share"])
+@pytest.mark.parametrize(
+    "none", [{"sowing": {"density_per_m2": 0.0}}, {"grass": [{**GRASS, "share": 0.0}]}], ids=["density", "share"]
+)
 def test_no_blades_equal_bare_ground(renderer, technique, none):
     bare = renderer(_scene(technique, grass=[])).render(aovs=AOVS)
     drawn = renderer(_scene(technique, **none))
@@ -129,7 +131,16 @@ def test_motion_of_grass_is_the_way_its_blades_went(renderer, technique):
     scene = _scene(
         technique,
         camera=high,
-        wind=[{"kind": "gusts", "direction_deg": 270.0, "speed_mps": 3.0, "gustiness": 1.0, "turbulence": 0.0, "gust_m": 3.0}],
+        wind=[
+            {
+                "kind": "gusts",
+                "direction_deg": 270.0,
+                "speed_mps": 3.0,
+                "gustiness": 1.0,
+                "turbulence": 0.0,
+                "gust_m": 3.0,
+            }
+        ],
     )
     drawn = renderer(scene)
     drawn.render(0.0)
@@ -160,7 +171,11 @@ def test_an_occluder_hides_grass(renderer, technique):
 
 def test_taller_grass_covers_more(renderer, technique):
     cover = [
-        _cover(renderer(_scene(technique, grass=[{**GRASS, "height_m": [0.5 * h, h]}], sowing={"density_per_m2": 30.0})).render(aovs=["class"]))
+        _cover(
+            renderer(
+                _scene(technique, grass=[{**GRASS, "height_m": [0.5 * h, h]}], sowing={"density_per_m2": 30.0})
+            ).render(aovs=["class"])
+        )
         for h in (0.1, 0.3, 0.9)
     ]
     assert 0 < 1.2 * cover[0] < cover[1] < cover[2] / 1.2
@@ -168,7 +183,11 @@ def test_taller_grass_covers_more(renderer, technique):
 
 def test_wider_and_denser_grass_covers_more(renderer, technique):
     few, wide, many = (
-        _cover(renderer(_scene(technique, grass=[{**GRASS, "width_m": [w, w]}], sowing={"density_per_m2": d})).render(aovs=["class"]))
+        _cover(
+            renderer(_scene(technique, grass=[{**GRASS, "width_m": [w, w]}], sowing={"density_per_m2": d})).render(
+                aovs=["class"]
+            )
+        )
         for w, d in ((0.04, 20.0), (0.16, 20.0), (0.04, 80.0))
     )
     assert 1.3 * few < min(wide, many)
@@ -179,7 +198,12 @@ def test_edge_on_blades_do_not_vanish(renderer, technique, distance_m):
     """All blades turned alike, by sixteenths; whichever way they face, they cover nearly as much."""
     upright = {**GRASS, "tilt_deg": [0.0, 10.0], "bend": [0.0, 0.1], "width_m": [0.02, 0.02]}
     camera = {"position_m": [0.0, 0.5, distance_m], "target_m": [0.0, 0.2, -1.0]}
-    scene = _scene(technique, grass=[upright], camera=camera, sowing={"density_per_m2": 30.0, "reach_m": 6.0, "full_density_m": 6.0})
+    scene = _scene(
+        technique,
+        grass=[upright],
+        camera=camera,
+        sowing={"density_per_m2": 30.0, "reach_m": 6.0, "full_density_m": 6.0},
+    )
     drawn = renderer(scene)
     drawn.render()
     cover = []
@@ -241,7 +265,9 @@ def test_motion_of_a_moving_camera_is_the_reprojection(renderer, technique):
     """What stands still moves in the picture as the two cameras tell."""
     scene = _scene(technique, ground=NOISE, object=[{"kind": "box", "position_m": [0.8, 0.0, 0.0]}])
     before = scene.camera
-    after = before.model_copy(update={"position_m": (0.15, 1.25, 3.9), "target_m": (0.1, 0.35, -3.0), "fov_y_deg": 48.0})
+    after = before.model_copy(
+        update={"position_m": (0.15, 1.25, 3.9), "target_m": (0.1, 0.35, -3.0), "fov_y_deg": 48.0}
+    )
     drawn = renderer(scene)
     drawn.render(0.0, camera=before)
     truth = drawn.render(0.5, camera=after, aovs=["motion", "depth", "class"]).truth
@@ -262,7 +288,12 @@ def test_motion_of_a_moving_camera_is_the_reprojection(renderer, technique):
 
 
 def test_every_resource_is_released(ctx, renderer, technique):
-    scene = _scene(technique, wind=[BREEZE], grass=[{**GRASS, "head": "daisy"}], object=[{"kind": "box", "position_m": [0, 0, 0]}])
+    scene = _scene(
+        technique,
+        wind=[BREEZE],
+        grass=[{**GRASS, "head": "daisy"}],
+        object=[{"kind": "box", "position_m": [0, 0, 0]}],
+    )
     before = live_objects(ctx)
     for shell in ("fragment", "compute"):
         drawn = renderer(scene, shell=shell, samples=2)
@@ -367,7 +398,9 @@ def test_grass_casts_shadows(renderer, technique):
     # the patch of ground in view is free, the grass that shades it is out of sight
     images = {}
     for enabled in (True, False):
-        scene = _scene(technique, sun=low_sun, shadows={"enabled": enabled, "size_px": 256, "cascades": 1, "nearest_m": 6.0})
+        scene = _scene(
+            technique, sun=low_sun, shadows={"enabled": enabled, "size_px": 256, "cascades": 1, "nearest_m": 6.0}
+        )
         drawn = renderer(scene)
         frame = drawn.render(aovs=["class"])
         images[enabled] = frame.image[frame.truth["class"] == GROUND].astype(int)

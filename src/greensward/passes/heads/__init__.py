@@ -4,7 +4,7 @@ import moderngl
 
 from greensward.gpu.program import build
 from greensward.gpu.view import View
-from greensward.passes.heads.meshes import FAR_VERTICES, NEAR_VERTICES, head_meshes
+from greensward.passes.heads.meshes import LEVELS, head_meshes
 from greensward.world import BLADES, CHUNKS, HEADS, MESHES, POSTURES, World
 
 _FOLDER = "passes/heads"
@@ -27,7 +27,7 @@ class Heads:
         program = array.program
         for seen in self._world.seen(view):
             page = seen.page
-            for heads, near in ((seen.near_heads, True), (seen.far_heads, False)):
+            for heads, (first, vertices) in zip(seen.heads, LEVELS, strict=True):
                 if not heads.count:
                     continue
                 page.blades.bind_to_storage_buffer(BLADES)
@@ -35,11 +35,10 @@ class Heads:
                 self._world.chunks.bind(CHUNKS)
                 page.heads.bind_to_storage_buffer(HEADS)
                 self._meshes.bind_to_storage_buffer(MESHES)
-                program["near"] = near
+                program["firstVertex"] = first
                 program["firstChunk"] = heads.first
                 if "firstId" in program:
                     program["firstId"] = page.first_id
-                vertices = NEAR_VERTICES if near else FAR_VERTICES
                 array.render(moderngl.TRIANGLES, vertices=vertices, instances=heads.count)
 
     def release(self) -> None:

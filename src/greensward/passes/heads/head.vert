@@ -9,10 +9,10 @@ layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
 layout(std430, binding = 3) readonly buffer Heads { uint heads[]; };
 layout(std430, binding = 4) readonly buffer Meshes { Corner corners[]; };
 
-const int NEAR_VERTICES = 216, FAR_VERTICES = 36;
+const int VERTICES = 264;        // of one kind of head, all levels
 const float FIRST_FLOWER = 3.0;  // panicle and spike are seed heads
 
-uniform bool near;
+uniform int firstVertex;
 uniform int firstChunk;
 
 #ifndef SHADOW
@@ -32,7 +32,7 @@ void main() {
     float here = presence(b, away, widening);
     int kindOfGrass = bladeSpecies(b);
     float kind = species(kindOfGrass, MIX).w;
-    Corner corner = corners[int(kind) * (NEAR_VERTICES + FAR_VERTICES) + (near ? gl_VertexID : NEAR_VERTICES + gl_VertexID)];
+    Corner corner = corners[int(kind) * VERTICES + firstVertex + gl_VertexID];
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     if (here <= 0.0 || corner.normal.xyz == vec3(0.0)) return;  // left out, or padding of the mesh
 

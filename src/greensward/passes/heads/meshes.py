@@ -4,6 +4,7 @@ A vertex is position and part, normal and shade: y runs along the head's axis fr
 the head's size. Part 0 is petal or seed, 1 the heart.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -11,27 +12,28 @@ import numpy.typing as npt
 
 from greensward.scene.grass import HEADS
 
-NEAR_VERTICES, FAR_VERTICES = 216, 36
+LEVELS = ((0, 216), (216, 36), (252, 12))
+"""First vertex and vertices of each level of detail, the finest first; meshes are padded to these."""
 Mesh = npt.NDArray[np.float64]
 
 
 def head_meshes() -> npt.NDArray[np.float32]:
-    """All kinds in the order of `HEADS`, float32 (kinds, near + far, 8)."""
-    builders = {
-        "none": (_nothing, _nothing),
-        "panicle": (_panicle, lambda: _crossed(0.13, 0.35)),
-        "spike": (_spike, lambda: _crossed(0.09, 0.45)),
-        "daisy": (_daisy, lambda: _disk(0.5, 0.02)),
-        "cup": (_cup, lambda: _disk(0.48, 0.3)),
-        "globe": (_globe, lambda: _crossed(0.9, 0.5)),
+    """All kinds in the order of `HEADS`, float32 (kinds, vertices of all levels, 8)."""
+    builders: dict[str, tuple[Callable[[], Mesh], ...]] = {
+        "none": (_nothing, _nothing, _nothing),
+        "panicle": (_panicle, lambda: _crossed(0.13, 0.35, 3), lambda: _crossed(0.13, 0.35, 2)),
+        "spike": (_spike, lambda: _crossed(0.09, 0.45, 3), lambda: _crossed(0.09, 0.45, 2)),
+        "daisy": (_daisy, lambda: _disk(0.5, 0.02, 8), lambda: _disk(0.5, 0.02, 3)),
+        "cup": (_cup, lambda: _disk(0.48, 0.3, 8), lambda: _disk(0.48, 0.3, 3)),
+        "globe": (_globe, lambda: _crossed(0.9, 0.5, 3), lambda: _crossed(0.9, 0.5, 2)),
     }
-    table = np.zeros((len(HEADS), NEAR_VERTICES + FAR_VERTICES, 8), np.float32)
+    last, size = LEVELS[-1]
+    table = np.zeros((len(HEADS), last + size, 8), np.float32)
     for row, kind in zip(table, HEADS, strict=True):
-        near, far = (build() for build in builders[kind])
-        assert len(near) <= NEAR_VERTICES
-        assert len(far) <= FAR_VERTICES
-        row[: len(near)] = near
-        row[NEAR_VERTICES : NEAR_VERTICES + len(far)] = far
+        for build, (first, vertices) in zip(builders[kind], LEVELS, strict=True):
+            mesh = build()
+            assert len(mesh) <= vertices
+            row[first : first + len(mesh)] = mesh
     return table
 
 
@@ -144,19 +146,20 @@ def _panicle() -> Mesh:
     return _facets(np.concatenate([np.stack([start, left, right], 1), np.stack([left, end, right], 1)]))
 
 
-def _crossed(width: float, widest: float) -> Mesh:
-    """Three upright diamonds across each other."""
+def _crossed(width: float, widest: float, count: int) -> Mesh:
+    """Upright diamonds across each other."""
     faces = []
-    for turn in (0.0, np.pi / 3, 2 * np.pi / 3):
+    for turn in np.pi * np.arange(count) / count:
         left, right = _polar(width / 2, widest, turn), _polar(-width / 2, widest, turn)
         base, top = np.zeros(3), np.array([0.0, 1.0, 0.0])
         faces += [np.stack([base, left, right]), np.stack([left, top, right])]
     return _facets(np.array(faces))
 
 
-def _disk(radius: float, height: float) -> Mesh:
-    """A shallow cone of petals with a raised heart."""
-    turn = 2.0 * np.pi * np.arange(9) / 8
-    ring = _polar(radius * (1.0 - 0.12 * (np.arange(9) % 2)), height, turn)
+def _disk(radius: float, height: float, sides: int) -> Mesh:
+    """A shallow cone of petals, with a raised heart where it has enough sides."""
+    turn = 2.0 * np.pi * np.arange(sides + 1) / sides
+    ring = _polar(radius * (1.0 - 0.12 * (np.arange(sides + 1) % 2 * (sides > 3))), height, turn)
     corners = np.stack([np.broadcast_to([0.0, 0.0, 0.0], ring[:-1].shape), ring[1:], ring[:-1]], 1)
-    return np.concatenate([_facets(corners), _dome(0.14, 0.1, 0.03 + 0.25 * height, 4)])
+    heart = _dome(0.14, 0.1, 0.03 + 0.25 * height, 4) if sides > 3 else _nothing()
+    return np.concatenate([_facets(corners), heart])

@@ -1,0 +1,68 @@
+"""How much of a blade is there, by distance: `presence` of culling/presence.glsl."""
+
+import numpy as np
+import pytest
+
+from greensward.gpu.view import VIEW_BLOCK
+from greensward.sowing.species import SWARD_BLOCK
+from shader_calls import shader_call
+
+_FULL, _REACH = 5.0, 40.0
+
+
+def _presence(ctx, rank: np.ndarray, distance: np.ndarray, density: float = 1.0, name: str = "here") -> np.ndarray:
+    body = (
+        "Blade b; b.chance = packUnorm2x16(vec2(sqrt(rank), 0.0));"
+        f" float widening; float here = presence(b, d, widening); result = {name};"
+    )
+    return shader_call(
+        ctx,
+        "culling/presence.glsl",
+        body,
+        {"rank": rank.astype(np.float32), "d": distance.astype(np.float32)},
+        "float",
+        blocks={SWARD_BLOCK: {"full_density_m": _FULL, "reach_m": _REACH}, VIEW_BLOCK: {"density": density}},
+    )
+
+
+def _grid() -> tuple[np.ndarray, np.ndarray]:
+    rank, distance = np.meshgrid((np.arange(50) + 0.5) / 50, np.linspace(0.1, 45, 450), indexing="ij")
+    return rank.ravel(), distance.ravel()
+
+
+@pytest.mark.parametrize("density", [1.0, 0.5])
+def test_every_blade_is_full_grown_near_the_camera(ctx, density):
+    rank, distance = _grid()
+    here = _presence(ctx, rank, distance, density)
+    near = distance < 0.85 * _FULL
+    assert (here[near & (rank < density - 0.01)] == 1.0).all()
+    assert (here[rank > density + 0.01] == 0.0).all()
+
+
+@pytest.mark.parametrize("density", [1.0, 0.5])
+def test_no_blade_is_drawn_that_was_not_kept(ctx, density):
+    """Sowing and culling leave out what ranks above the kept share."""
+    rank, distance = _grid()
+    kept = np.minimum(1.0, (_FULL / distance) ** 2) * density
+    here = _presence(ctx, rank, distance, density)
+    assert (here[rank > kept * 1.001] == 0.0).all()
+    assert (here[distance >= _REACH] == 0.0).all()
+    assert (here[(rank < 0.79 * kept) & (distance < 0.8 * _REACH)] == 1.0).all()
+
+
+def test_blades_shrink_steadily_with_distance(ctx):
+    rank, distance = _grid()
+    here = _presence(ctx, rank, distance).reshape(50, -1)
+    assert (np.diff(here, axis=1) <= 1e-6).all()
+    assert np.abs(np.diff(here[:20], axis=1)).max() < 0.25, "one step of ten centimetres makes it pop"
+
+
+def test_blades_that_stay_widen_as_the_others_go(ctx):
+    rank, distance = _grid()
+    widening = _presence(ctx, rank, distance, name="widening")
+    assert np.allclose(widening, np.maximum(distance / _FULL, 1.0), rtol=1e-4)
+
+
+def test_a_view_without_blades_has_none(ctx):
+    rank, distance = _grid()
+    assert (_presence(ctx, np.append(rank, 0.0), np.append(distance, 0.0), 0.0) == 0.0).all()
