@@ -17,7 +17,7 @@ from greensward.sowing import Field, Page
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-_HEAD_PX = (22.0, 7.0)  # the largest heads of a tile, on the screen: full, simple, or least detail
+HEAD_PX = (13.0, 5.0)  # size on the screen down to which a head has full, and simple, detail
 BLADES, POSTURES, CHUNKS, HEADS, MESHES, RECORDS = range(6)
 """Shader-storage bindings while the field is drawn."""
 
@@ -109,11 +109,17 @@ class World:
         return self.chunks.add(page.tiles.start[at], page.tiles.up_to[at, eighths[some] - 1])
 
     def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[Span, ...]:
-        # a shadow map shows heads a texel or two large
-        size_px = self._largest_head_m / np.maximum(away[at] * view.pixel_m[0], 1e-9) * (view.pixel_m[0] > 0)
-        level = np.searchsorted(-np.array(_HEAD_PX), -size_px)
+        pixel = away[at] * view.pixel_m[0] + view.pixel_m[1]
+        size_px = self._largest_head_m / np.maximum(pixel, 1e-9)
+        # the largest decide here; a smaller one may take less detail for itself, never more
+        level = np.searchsorted(-np.array(HEAD_PX), -size_px)
         start, length = page.tiles.head_start[at], page.tiles.heads[at]
-        return tuple(self.chunks.add(start[level == k], length[level == k], 1) for k in range(len(_HEAD_PX) + 1))
+        # a coarse shadow map cannot tell them from blades
+        shown = size_px > 5.0 if view.purpose == "shadow" else np.ones(len(at), bool)
+        return tuple(
+            self.chunks.add(start[some], length[some], 1)
+            for some in (shown & (level == k) for k in range(len(HEAD_PX) + 1))
+        )
 
     def seen(self, view: View) -> Sequence[Seen]:
         """What the view may show, by page of the field."""

@@ -15,6 +15,7 @@ _CAMERAS = {
     "up": {"position_m": [0.0, 0.2, 0.0], "target_m": [0.0, 2.0, -3.0]},
     "behind": {"position_m": [0.0, 0.6, 0.0], "target_m": [3.0, 0.0, 9.0]},
     "telescope": {"position_m": [0.0, 1.0, 5.0], "target_m": [0.5, 0.2, -3.0], "fov_y_deg": 4.0},
+    "sideways telescope": {"position_m": [5.0, 1.0, 0.0], "target_m": [-3.0, 0.2, 0.5], "fov_y_deg": 4.0},
     "wide": {"position_m": [0.0, 0.9, 2.0], "target_m": [0.0, 0.4, -1.0], "fov_y_deg": 130.0},
     "far clip": {"position_m": [0.0, 1.2, 4.0], "target_m": [0.0, 0.3, -3.0], "far_m": 6.0},
 }
@@ -87,17 +88,19 @@ def test_the_picture_is_that_of_all_blades(renderer, monkeypatch, camera, ground
     assert np.array_equal(culled.image, every.image)
 
 
-@pytest.mark.parametrize("camera", ["ahead", "telescope"])
+@pytest.mark.parametrize("camera", ["ahead", "telescope", "sideways telescope"])
 def test_a_wider_picture_shows_the_same_in_its_middle(renderer, camera):
     """Blades at the border are not dropped by the tests on the GPU either."""
     scene = small_scene(
-        camera=_CAMERAS[camera], grass=[{**GRASS, "width_m": [0.05, 0.08]}], sowing={"density_per_m2": 25.0}
+        camera=_CAMERAS[camera],
+        grass=[{**GRASS, "width_m": [0.05, 0.08], "height_m": [0.3, 1.0]}],
+        sowing={"density_per_m2": 25.0},
     )
     narrow, wide = (
-        renderer(scene, size=(width, 90)).render(aovs=("blade-id",)).truth["blade_id"] for width in (60, 160)
+        renderer(scene, size=(width, 180)).render(aovs=("blade-id",)).truth["blade_id"] for width in (120, 320)
     )
-    assert (narrow > 0).sum() > 500
-    assert (narrow != wide[:, 50:110]).mean() < 0.002
+    assert (narrow > 0).sum() > 5000
+    assert (narrow != wide[:, 100:220]).mean() < 0.0002
 
 
 def _rows(table: ChunkTable) -> np.ndarray:

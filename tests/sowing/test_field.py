@@ -387,6 +387,17 @@ def test_no_page_is_larger_than_a_storage_block(ctx, sow, monkeypatch):
     assert [page.first_id for page in field.pages] == [1, *(1 + np.cumsum([p.count for p in field.pages])[:-1])]
 
 
+def test_a_tile_too_large_for_a_page_is_split(ctx, sow, monkeypatch):
+    """Far off, tiles grow until only the limit holds them."""
+    scene = small_scene(sowing={**_EVEN, "density_per_m2": 30.0, "full_density_m": 60.0, "reach_m": 60.0})
+    whole = sow(scene)
+    assert max(page.tiles.up_to[:, 7].max() for page in whole.pages) > 5000
+    _limited(monkeypatch, ctx, 8000)
+    split = sow(scene)
+    assert max(page.count for page in split.pages) <= 4000
+    assert split.count == whole.count
+
+
 def test_several_pages_draw_the_same_picture(ctx, renderer, monkeypatch):
     scene = small_scene(grass=[{**GRASS, "head": "daisy"}], wind=[BREEZE])
     aovs = ("class", "depth", "blade-id", "motion")

@@ -90,4 +90,5 @@ def exposure(scene: Scene, sky_irradiance_up: npt.NDArray[np.float64]) -> float:
     light = float(sun_at_ground(scene) @ luminance) * towards_sun + float(sky_irradiance_up @ luminance)
     afternoon, adaptation = 3.85, 0.8
     adapted = afternoon * (max(light, 1e-4) / afternoon) ** adaptation
-    return math.pi / adapted * math.exp2(scene.post.exposure_ev)
+    result: float = math.pi / adapted * 2.0**scene.post.exposure_ev
+    return result

@@ -78,6 +78,8 @@ class Field:
         self.tallest_m = max((grass.height_m[1] for grass in scene.grass), default=0.0) * 1.5
         self.block = BlockBuffer(ctx, SWARD_BLOCK)
         self.block.set(**values)  # type: ignore[arg-type]
+        # a technique may keep records of its own for each blade, up to twice as large
+        self._page_blades = min(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"], 1 << 30) // (2 * BLADE_BYTES)
         self._counter = build_compute(ctx, "sowing/sow.comp")
         self._placer = build_compute(ctx, "sowing/sow.comp", {"PLACE": 1})
 
@@ -97,8 +99,7 @@ class Field:
         counts = self._count(tiles, focus, slack_m)
         grown = np.flatnonzero(counts["up_to"][:, 7])
         tiles, counts = tiles[grown], counts[grown]
-        limit = min(self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"], 1 << 30) // BLADE_BYTES
-        page_of = _pages(counts["up_to"][:, 7].astype(np.int64), limit)
+        page_of = _pages(counts["up_to"][:, 7].astype(np.int64), self._page_blades)
         for page in range(int(page_of.max(initial=-1)) + 1):
             here = page_of == page
             self._place(tiles[here], counts[here], focus, slack_m)
@@ -125,9 +126,10 @@ class Field:
                 half = 0.5 * np.array(scene.ground.size_m)
                 keep &= np.all((low < half) & (low + size > -half), axis=1)
             xz, away = xz[keep], away[keep]
-            split = (away < 3.0 * size) & (level > 0)
+            kept = np.minimum(1.0, (sowing.full_density_m / np.maximum(away, 1e-3)) ** 2)
+            split = ((away < 3.0 * size) | (density * size * size * kept > self._page_blades)) & (level > 0)
             whole = ~split
-            kept = np.minimum(1.0, (sowing.full_density_m / np.maximum(away[whole], 1e-3)) ** 2)
+            kept = kept[whole]
             tiles = np.zeros(int(whole.sum()), _TILE)
             tiles["x"], tiles["z"], tiles["level"] = xz[whole, 0], xz[whole, 1], level
             tiles["candidates"] = np.minimum(np.ceil(density * size * size * kept), 0xFFFFFFFF)

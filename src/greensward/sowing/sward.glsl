@@ -49,6 +49,7 @@ vec4 swardColour(vec2 xz, Sward s) {
         float cover = speciesWeight(i, xz) * (size.x + size.y) * (size.z + size.w);
         float dry = mix(species(i, HABIT).z, species(i, HABIT).w, s.dryness);
         vec3 green = mix(root.rgb, species(i, TIP).rgb, 0.9);
+        green = mix(green, species(i, HEAD).rgb, 0.5 * species(i, DRY).w);
         sum += cover * vec4(mix(green, species(i, DRY).rgb, dry), root.w);
         total += cover;
     }

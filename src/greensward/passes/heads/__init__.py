@@ -5,7 +5,7 @@ import moderngl
 from greensward.gpu.program import build
 from greensward.gpu.view import View
 from greensward.passes.heads.meshes import LEVELS, head_meshes
-from greensward.world import BLADES, CHUNKS, HEADS, MESHES, POSTURES, World
+from greensward.world import BLADES, CHUNKS, HEAD_PX, HEADS, MESHES, POSTURES, World
 
 _FOLDER = "passes/heads"
 
@@ -19,6 +19,8 @@ class Heads:
             purpose: ctx.vertex_array(build(ctx, f"{_FOLDER}/head.vert", f"{_FOLDER}/head.frag", defines=defines), [])
             for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
         }
+        for array in self._arrays.values():
+            array.program["levelPx"] = HEAD_PX
         self._meshes = ctx.buffer(head_meshes().tobytes())
 
     def draw(self, view: View) -> None:
@@ -27,7 +29,7 @@ class Heads:
         program = array.program
         for seen in self._world.seen(view):
             page = seen.page
-            for heads, (first, vertices) in zip(seen.heads, LEVELS, strict=True):
+            for level, (heads, (_, vertices)) in enumerate(zip(seen.heads, LEVELS, strict=True)):
                 if not heads.count:
                     continue
                 page.blades.bind_to_storage_buffer(BLADES)
@@ -35,7 +37,7 @@ class Heads:
                 self._world.chunks.bind(CHUNKS)
                 page.heads.bind_to_storage_buffer(HEADS)
                 self._meshes.bind_to_storage_buffer(MESHES)
-                program["firstVertex"] = first
+                program["finestLevel"] = level
                 program["firstChunk"] = heads.first
                 if "firstId" in program:
                     program["firstId"] = page.first_id

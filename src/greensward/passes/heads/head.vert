@@ -10,9 +10,11 @@ layout(std430, binding = 3) readonly buffer Heads { uint heads[]; };
 layout(std430, binding = 4) readonly buffer Meshes { Corner corners[]; };
 
 const int VERTICES = 264;        // of one kind of head, all levels
+const ivec2 LEVELS[3] = ivec2[3](ivec2(0, 216), ivec2(216, 36), ivec2(252, 12));
 const float FIRST_FLOWER = 3.0;  // panicle and spike are seed heads
 
-uniform int firstVertex;
+uniform int finestLevel;
+uniform vec2 levelPx;
 uniform int firstChunk;
 
 #ifndef SHADOW
@@ -32,28 +34,32 @@ void main() {
     float here = presence(b, away, widening);
     int kindOfGrass = bladeSpecies(b);
     float kind = species(kindOfGrass, MIX).w;
-    Corner corner = corners[int(kind) * VERTICES + firstVertex + gl_VertexID];
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-    if (here <= 0.0 || corner.normal.xyz == vec3(0.0)) return;  // left out, or padding of the mesh
+    if (here <= 0.0) return;
 
-    vec3 v1, v2;
-    unpackPosture(postures[index].now, root, v1, v2);
-    vec3 up = bladeUp(b), tangent = normalize(v2 - v1);
     bool flower = kind >= FIRST_FLOWER;
     float random = bladeRandom(b), other = fract(random * 57.31);
-    vec3 wander = vec3(cos(6.2832 * random), 0.0, sin(6.2832 * random));
-    // flowers turn up and a little to the sun's side; seed heads go on along the stem and nod
-    vec3 axis = flower ? normalize(0.5 * tangent + up + (0.15 + 0.75 * other) * wander)
-                       : normalize(tangent - 0.12 * up + 0.12 * wander);
-
-    float size = mix(species(kindOfGrass, HEAD).w, species(kindOfGrass, HEART).w, other);
+    vec3 v1, v2;
+    unpackPosture(postures[index].now, root, v1, v2);
     vec3 tip = mix(root, v2, here);
+    float size = mix(species(kindOfGrass, HEAD).w, species(kindOfGrass, HEART).w, other);
     float depth = dot(view.axis_ws.xyz, tip) + view.axis_ws.w;
     float pixel = view.pixel_m.x * max(depth, 0.02) + view.pixel_m.y;
     float thick = flower ? 1.2 : 0.6;
     // few heads stand for many far away, but a flower must not grow into a cabbage
     float grown = min(sqrt(widening), flower ? 1.8 : 1.0);
     size = max(size * grown, (flower ? 1.1 : 0.7) * pixel / thick) * here;
+
+    int level = max(finestLevel, size > levelPx.x * pixel ? 0 : size > levelPx.y * pixel ? 1 : 2);
+    if (gl_VertexID >= LEVELS[level].y) return;
+    Corner corner = corners[int(kind) * VERTICES + LEVELS[level].x + gl_VertexID];
+    if (corner.normal.xyz == vec3(0.0)) return;  // padding of the mesh
+
+    vec3 up = bladeUp(b), tangent = normalize(v2 - v1);
+    vec3 wander = vec3(cos(6.2832 * random), 0.0, sin(6.2832 * random));
+    // flowers turn up and a little to the sun's side; seed heads go on along the stem and nod
+    vec3 axis = flower ? normalize(0.5 * tangent + up + (0.15 + 0.75 * other) * wander)
+                       : normalize(tangent - 0.12 * up + 0.12 * wander);
 
     vec3 helper = abs(axis.y) < 0.95 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0);
     vec3 e1 = normalize(cross(helper, axis)), e3 = cross(axis, e1);
@@ -71,7 +77,7 @@ void main() {
     normal_ws = frame * corner.normal.xyz;
     float tint = bladeTint(b) - 0.5;
     vec3 paint = corner.place.w > 0.5 ? species(kindOfGrass, HEART).rgb : species(kindOfGrass, HEAD).rgb;
-    colour = paint * (1.0 + (flower ? 0.15 : 0.5) * tint) * mix(0.8, 1.0, clamp(corner.place.y * 2.0 + 0.3, 0.0, 1.0));
+    colour = paint * (1.0 + (flower ? vec3(0.35, 0.7, 0.3) : vec3(0.5)) * tint) * mix(0.8, 1.0, clamp(corner.place.y * 2.0 + 0.3, 0.0, 1.0));
     blade = index;
     isFlower = flower ? 1u : 0u;
 #endif

@@ -1,7 +1,7 @@
 // Light for every pixel of the G-buffer, once, the same for every technique.
 #include "shaders/gbuffer.glsl"
 #include "passes/sky/sky.glsl"
-#include "shaders/hash.glsl"
+#include "ground/ground.glsl"
 
 layout(binding = 5) uniform sampler2DShadow shadow0;
 layout(binding = 6) uniform sampler2DShadow shadow1;
@@ -25,20 +25,30 @@ float ditherAt(ivec2 pixel) {
     return fract(52.9829189 * fract(dot(p, vec2(0.06711056, 0.00583715))));
 }
 
-// Sunlight that arrives, softened over a disk of texels turned per pixel
-float sunlit(vec3 p, vec3 normal, float turn) {
+// Sunlight that arrives, softened over a disk of texels turned per pixel. On a surface broader
+// than the taps, the depth compared with follows its plane from tap to tap (Isidoro 2006, "Shadow Mapping: GPU-based
+// Tips and Techniques"), or a low sun would shade the ground with itself.
+float sunlit(vec3 p, vec3 normal, bool broad, float turn) {
     for (int i = 0; i < light.cascades; i++) {
         float texel = light.shadow_texel_m[i];
         vec3 lifted = p + normal * texel * 0.6 + light.to_sun.xyz * texel * 0.5;
         vec3 at = (light.shadow_from_world[i] * vec4(lifted, 1.0)).xyz;
         vec2 fromEdge = min(at.xy, 1.0 - at.xy);
         if (min(fromEdge.x, fromEdge.y) < 0.01 || at.z > 1.0) continue;
+        // the linear part scales axes that are at right angles, so dividing by squared lengths inverts it
+        mat3 toLight = transpose(mat3(light.shadow_from_world[i]));
+        vec3 inLight = vec3(dot(toLight[0], normal) / dot(toLight[0], toLight[0]),
+                            dot(toLight[1], normal) / dot(toLight[1], toLight[1]),
+                            dot(toLight[2], normal) / dot(toLight[2], toLight[2]));
+        vec2 slope = clamp(-inLight.xy / min(inLight.z, -1e-4), vec2(-16.0), vec2(16.0)) * step(inLight.z, 0.0);
+        if (!broad) slope = vec2(0.0);
         float sum = 0.0;
         float perTexel = 1.0 / float(textureSize(shadow0, 0).x);
         for (int k = 0; k < 6; k++) {
             float r = sqrt((float(k) + 0.5) / 6.0) * 1.8 * perTexel;
             float angle = 2.39996323 * float(k) + 6.2831853 * turn;
-            sum += tap(i, vec3(at.xy + r * vec2(cos(angle), sin(angle)), at.z));
+            vec2 aside = r * vec2(cos(angle), sin(angle));
+            sum += tap(i, vec3(at.xy + aside, at.z + dot(slope, aside)));
         }
         return sum / 6.0;
     }
@@ -88,7 +98,11 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 toSun = light.to_sun.xyz, sun = light.sun_here.rgb;
     float nl = dot(n, toSun);
 
-    float lit = sunlit(p, n, ditherAt(pixel));
+    // far turf is shaded as a wall of blades, but lies as the ground does
+    bool onGround = classAt(pixel) == CLASS_GROUND;
+    vec3 lie = onGround ? groundNormal(p.xz) : n;
+    float lit = sunlit(p, lie, onGround || classAt(pixel) == CLASS_OBJECT, ditherAt(pixel));
+    if (onGround) lit *= smoothstep(-0.04, 0.2, dot(lie, toSun));
     // the map is coarser than a blade: deep in the sward less sun arrives than it tells
     lit *= mix(0.35, 1.0, smoothstep(0.0, 0.75, open));
 

@@ -17,7 +17,7 @@ void main() {
     // thin at the tip; dark where the sward closes over it, less so where one far blade stands for many
     s.transmittance = root.w * mix(0.45, 1.0, v);
     s.roughness = tip.w;
-    s.occlusion = mix(mix(0.12, 0.8, place.y), 1.0, height * (2.0 - height));
+    s.occlusion = mix(mix(0.2, 0.8, place.y), 1.0, height * (2.0 - height));
     s.normal_ws = normalize(normalAndHeight.xyz);
     s.surfaceClass = CLASS_GRASS;
     s.bladeId = firstId + look.w;

@@ -19,7 +19,8 @@ bool outside(vec3 v0, vec3 v1, vec3 v2, float width_m) {
     vec4 a = view.clip_from_world * vec4(v0, 1.0);
     vec4 b = view.clip_from_world * vec4(v1, 1.0);
     vec4 c = view.clip_from_world * vec4(v2, 1.0);
-    vec2 margin = width_m * vec2(length(view.clip_from_world[0].xyz) + 4.0);
+    mat4 m = transpose(view.clip_from_world);
+    vec2 margin = width_m * (vec2(length(m[0].xyz), length(m[1].xyz)) + 1.0);
     vec2 low = max(max(a.xy + a.w, b.xy + b.w), c.xy + c.w);
     vec2 high = min(min(a.xy - a.w, b.xy - b.w), c.xy - c.w);
     return any(lessThan(low, -margin)) || any(greaterThan(high, margin));
@@ -30,7 +31,7 @@ bool outside(vec3 v0, vec3 v1, vec3 v2, float width_m) {
 float segments(vec3 v0, vec3 v1, vec3 v2, float width_m, float pixel, float shape) {
     float bend = length(v0 - 2.0 * v1 + v2) + 0.5 * width_m;
     float n = ceil(sqrt(bend / (4.0 * bezierblades.error_px * pixel)));
-    float least = shape > 5.5 ? 12.0 : 1.0;  // the lobes of a dandelion need them
+    float least = shape > 5.5 ? 18.0 : 1.0;  // the lobes of a dandelion need them
     return clamp(n, least, max(least, bezierblades.max_level));
 }
 

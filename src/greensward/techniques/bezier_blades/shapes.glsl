@@ -12,8 +12,8 @@ float shapeParameter(int shape, float u, float v, float widthPx) {
         case TRIANGLE_TIP: return mix(u, 0.5, clamp(2.0 * v - 1.0, 0.0, 1.0));
         default: {
             // dandelion: three pairs of lobes on a leaf that widens towards its tip
-            float lobes = 2.0 * abs(sin(9.42477796 * v)) * abs(cos(9.42477796 * v));
-            float reach = (0.16 + 0.84 * lobes) * smoothstep(0.0, 0.7, v) * (1.0 - smoothstep(0.9, 1.0, v)) + 0.08 * (1.0 - v);
+            float lobes = 2.0 * abs(sin(4.71238898 * v)) * abs(cos(4.71238898 * v));
+            float reach = (0.32 + 0.68 * lobes) * smoothstep(0.0, 0.7, v) * (1.0 - smoothstep(0.9, 1.0, v)) + 0.08 * (1.0 - v);
             return 0.5 + (u - 0.5) * reach;
         }
     }
