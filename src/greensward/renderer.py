@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import moderngl
 import numpy as np
@@ -13,10 +13,11 @@ import numpy.typing as npt
 
 from greensward.gpu.blocks import BlockBuffer
 from greensward.gpu.context import driver_name, open_context
+from greensward.gpu.depth import ReversedDepth
 from greensward.gpu.pixel_pass import Shell
 from greensward.gpu.state import kept_state
 from greensward.gpu.timers import PassTimers
-from greensward.gpu.view import VIEW_BLOCK, View, look
+from greensward.gpu.view import VIEW_BLOCK, View, look, view_values
 from greensward.ground import HeightField
 from greensward.passes.gbuffer import GBuffer
 from greensward.passes.heads import Heads
@@ -95,6 +96,7 @@ class Renderer:
         ctx = self.ctx
         self.size = size
         self.timers = PassTimers(ctx)
+        self._depth = ReversedDepth(ctx)
         self._view_blocks = [BlockBuffer(ctx, VIEW_BLOCK) for _ in range(5)]
         self._world = World(ctx, self.scene, heights)
         self._technique = self._technique_type(ctx, self._world, self._settings)
@@ -102,7 +104,7 @@ class Renderer:
         self._solids = Solids(ctx, self._world)
         self._heads = Heads(ctx, self._world)
         self._shadows = ShadowMaps(ctx, self._world)
-        self._gbuffer = GBuffer(ctx, size)
+        self._gbuffer = GBuffer(ctx, size, self._depth)
         self._lighting = Lighting(ctx, self.scene, size, shell)
         self._post = Post(ctx, size, shell)
 
@@ -169,7 +171,7 @@ class Renderer:
         self._check_size(size)
         with self._kept():
             self._gbuffer.release()
-            self._gbuffer = GBuffer(self.ctx, size)
+            self._gbuffer = GBuffer(self.ctx, size, self._depth)
             self._lighting.resize(size)
             self._post.resize(size)
         self.size = size
@@ -198,14 +200,18 @@ class Renderer:
             with self.timers.measure("move"):
                 self._world.move(instant)
                 self._technique.update(instant)
-            with self.timers.measure("shadows"):
-                for number, shadow_view in enumerate(shadow_views):
-                    self._shadows.framebuffers[number].clear(depth=1.0)
-                    self._surfaces(self._shadows.framebuffers[number], shadow_view, time_s, 1 + number)
+            for slot, (shadow_view, framebuffer) in enumerate(
+                zip(shadow_views, self._shadows.framebuffers, strict=False), start=1
+            ):
+                framebuffer.clear(depth=1.0)
+                self._surfaces(framebuffer, shadow_view, slot, view_values(shadow_view, shadow_view, time_s))
             for sample in range(self.samples):
                 with self.timers.measure("clear"):
                     self._gbuffer.clear()
-                self._surfaces(self._gbuffer.framebuffer, view, time_s, 0, previous_view, jitter(sample), timed=True)
+                with self._depth.drawing():
+                    values = view_values(view, previous_view, time_s, jitter(sample))
+                    values["jittered_clip_from_world"] = self._depth.matrix(values["jittered_clip_from_world"])
+                    self._surfaces(self._gbuffer.framebuffer, view, 0, values)
                 with self.timers.measure("ground"):
                     self._terrain.paint(self._gbuffer)
                 if sample == 0 and aovs:
@@ -233,40 +239,10 @@ class Renderer:
             self._seen_from = (camera, self.size), (view, *self._shadows.views(view))
         return self._seen_from[1]
 
-    def _surfaces(
-        self,
-        target: moderngl.Framebuffer,
-        view: View,
-        time_s: float,
-        slot: int,
-        previous: View | None = None,
-        offset_px: tuple[float, float] = (0.0, 0.0),
-        timed: bool = False,
-    ) -> None:
+    def _surfaces(self, target: moderngl.Framebuffer, view: View, slot: int, values: dict[str, Any]) -> None:
         """Everything that has a surface, unlit, from one view."""
-        width, height = view.size_px
-        clip_shift = 2.0 * offset_px[0] / width, 2.0 * offset_px[1] / height
-        jittered = view.clip_from_world.copy()
-        jittered[0] += clip_shift[0] * view.clip_from_world[3]
-        jittered[1] += clip_shift[1] * view.clip_from_world[3]
-        block = self._view_blocks[slot]
-        block.set(
-            clip_from_world=view.clip_from_world,
-            jittered_clip_from_world=jittered,
-            previous_clip_from_world=(previous or view).clip_from_world,
-            eye_ws=view.eye_ws,
-            axis_ws=view.axis_ws,
-            camera_ws=(*view.camera_ws, 0.0),
-            size_px=(width, height, 1.0 / width, 1.0 / height),
-            corner_ray=(*view.rays_ws[0], 0.0),
-            right_ray=(*view.rays_ws[1], 0.0),
-            up_ray=(*view.rays_ws[2], 0.0),
-            jitter=clip_shift,
-            pixel_m=view.pixel_m,
-            time_s=time_s,
-            density=view.density,
-        )
-        block.bind()
+        self._view_blocks[slot].set(**values)
+        self._view_blocks[slot].bind()
         target.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         for name, draw in (
@@ -275,10 +251,7 @@ class Renderer:
             ("heads", self._heads.draw),
             ("ground", self._terrain.draw),  # last: where grass hides it, its shader does not run
         ):
-            if timed:
-                with self.timers.measure(name):
-                    draw(view)
-            else:
+            with self.timers.measure(name if view.purpose == "picture" else "shadows"):
                 draw(view)
 
     def _check_size(self, size: tuple[int, int]) -> None:
@@ -293,7 +266,7 @@ class Renderer:
 
     def _kept(self, *framebuffers: moderngl.Framebuffer) -> AbstractContextManager[None]:
         if self._owned is not None:
-            self._owned.__enter__()  # another renderer's context may be current
+            self._owned.__enter__()  # type: ignore[no-untyped-call]  # another renderer's context may be current
         return kept_state(self.ctx, *framebuffers)
 
     def release(self) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -50,6 +50,33 @@ class View:
         """The six clip planes, rows (nx, ny, nz, d), inside where n·p + d ≥ 0 (Gribb & Hartmann 2001)."""
         m = self.clip_from_world
         return np.concatenate([m[3] + m[:3], m[3] - m[:3]])
+
+
+def view_values(
+    view: View, previous: View, time_s: float, offset_px: tuple[float, float] = (0.0, 0.0)
+) -> dict[str, Any]:
+    """Members of the `View` block: the view, the one a frame ago, and the sub-sample's offset in pixels."""
+    width, height = view.size_px
+    jitter = 2.0 * offset_px[0] / width, 2.0 * offset_px[1] / height
+    jittered = view.clip_from_world.copy()
+    jittered[0] += jitter[0] * view.clip_from_world[3]
+    jittered[1] += jitter[1] * view.clip_from_world[3]
+    return {
+        "clip_from_world": view.clip_from_world,
+        "jittered_clip_from_world": jittered,
+        "previous_clip_from_world": previous.clip_from_world,
+        "eye_ws": view.eye_ws,
+        "axis_ws": view.axis_ws,
+        "camera_ws": (*view.camera_ws, 0.0),
+        "size_px": (width, height, 1.0 / width, 1.0 / height),
+        "corner_ray": (*view.rays_ws[0], 0.0),
+        "right_ray": (*view.rays_ws[1], 0.0),
+        "up_ray": (*view.rays_ws[2], 0.0),
+        "jitter": jitter,
+        "pixel_m": view.pixel_m,
+        "time_s": time_s,
+        "density": view.density,
+    }
 
 
 def _cross(a: Sequence[float] | Matrix, b: Sequence[float] | Matrix) -> Matrix:

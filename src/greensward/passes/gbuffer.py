@@ -2,6 +2,8 @@
 
 import moderngl
 
+from greensward.gpu.depth import ReversedDepth
+
 FIRST_UNIT = 10
 CLEAR_DEPTH = float("inf")
 
@@ -9,8 +11,8 @@ CLEAR_DEPTH = float("inf")
 class GBuffer:
     """Colour and transmittance, normal, occlusion and roughness, motion, class and id, linear depth."""
 
-    def __init__(self, ctx: moderngl.Context, size: tuple[int, int]) -> None:
-        self._ctx = ctx
+    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], depth: ReversedDepth) -> None:
+        self._cleared = depth.cleared
         self.colour = ctx.texture(size, 4, dtype="f1")
         self.normal = ctx.texture(size, 4, dtype="f2")
         self.motion = ctx.texture(size, 2, dtype="f4")
@@ -19,14 +21,14 @@ class GBuffer:
         self._textures = (self.colour, self.normal, self.motion, self.id, self.depth)
         for texture in self._textures:
             texture.filter = moderngl.NEAREST, moderngl.NEAREST
-        self._z = ctx.depth_renderbuffer(size)
+        self._z = depth.renderbuffer(size)
         self.framebuffer = ctx.framebuffer(self._textures, self._z)
         # one clear value cannot mean black, no blade and infinitely far at once
         self._depth_only = ctx.framebuffer([self.depth])
 
     def clear(self) -> None:
         """Empty it: sky, infinitely far."""
-        self.framebuffer.clear(depth=1.0)
+        self.framebuffer.clear(depth=self._cleared)
         self._depth_only.clear(CLEAR_DEPTH)
 
     def bind(self) -> None:

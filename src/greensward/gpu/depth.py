@@ -1,0 +1,59 @@
+"""Reversed depth in floating point: as exact a kilometre away as near by, where the driver has clip control."""
+
+import ctypes
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from greensward.gpu.context import gl_function
+
+_LOWER_LEFT, _MINUS_ONE_TO_ONE, _ZERO_TO_ONE = 0x8CA1, 0x935E, 0x935F
+_RENDERBUFFER, _DEPTH32F = 0x8D41, 0x8CAC
+_UINT, _INT = ctypes.c_uint, ctypes.c_int
+
+
+class ReversedDepth:
+    """Draws with depth 1 at the near plane and 0 far away (Lapidous & Jiao 1999); without clip control, as usual."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self.available = "GL_ARB_clip_control" in ctx.extensions
+        self.cleared = 0.0 if self.available else 1.0
+        """What the depth buffer is cleared to."""
+        self._bind = gl_function(ctx, "glBindRenderbuffer", None, _UINT, _UINT)
+        self._store = gl_function(ctx, "glRenderbufferStorage", None, _UINT, _UINT, _INT, _INT)
+        if self.available:
+            self._control = gl_function(ctx, "glClipControl", None, _UINT, _UINT)
+
+    def renderbuffer(self, size: tuple[int, int]) -> moderngl.Renderbuffer:
+        """A depth buffer of 32-bit floats, which moderngl does not offer."""
+        buffer = self._ctx.depth_renderbuffer(size)
+        self._bind(_RENDERBUFFER, buffer.glo)
+        self._store(_RENDERBUFFER, _DEPTH32F, *size)
+        self._bind(_RENDERBUFFER, 0)
+        return buffer
+
+    def matrix(self, clip_from_world: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """The matrix to draw with, from one of OpenGL's usual clip space."""
+        if not self.available:
+            return clip_from_world
+        reversed_ = clip_from_world.copy()
+        reversed_[2] = 0.5 * (clip_from_world[3] - clip_from_world[2])
+        return reversed_
+
+    @contextmanager
+    def drawing(self) -> Iterator[None]:
+        """While drawing with such matrices."""
+        if not self.available:
+            yield
+            return
+        self._control(_LOWER_LEFT, _ZERO_TO_ONE)
+        self._ctx.depth_func = ">"
+        try:
+            yield
+        finally:
+            self._control(_LOWER_LEFT, _MINUS_ONE_TO_ONE)
+            self._ctx.depth_func = "<"
