@@ -17,7 +17,7 @@ import greensward as gs
 FINER = 4  # texels of the maps in a cell of the elevation model
 VIEWS = {  # position, target, near plane
     "near": ((985, 1.3, -2425), (-104, 10, -748), 0.2),
-    "far": ((-60, 30, 2340), (1794, -100, -3366), 2.0),
+    "far": ((-60, 2.0, 2340), (1794, -60, -3366), 0.3),
 }
 CAMERAS = {
     name: gs.Camera(position_m=position, target_m=target, near_m=near, far_m=40_000, fov_y_deg=40)
@@ -49,7 +49,7 @@ def maps(heights, size_m):
     random = np.random.default_rng(5)
     noises = (random.normal(0.0, 2.2, (rows * k // 2, columns * k // 2)) for k in (1, 2, 4, 8))
     ragged = sum(enlarged(noise, size) for noise in noises)
-    density = np.clip((27.0 + ragged - slope_deg) / 7.0, 0.0, 1.0) * (1.0 - 0.6 * top)
+    density = np.clip((27.0 + ragged - slope_deg) / 10.0, 0.0, 1.0) * (1.0 - 0.6 * top)
     yield "density.png", np.dstack([density, np.zeros_like(density), 1.0 - 0.5 * top])  # red; unused; height
     earth = np.clip(0.5 + 0.1 * ragged, 0.0, 1.0)[..., None]
     pale, dark = np.array([0.64, 0.56, 0.42, 1.0]), np.array([0.46, 0.42, 0.36, 1.0])
@@ -75,7 +75,7 @@ def make(folder):
             gs.Grass(species="bent", share=0.06, patchiness=0.8),
             gs.Grass(species="daisy", share=0.02, patchiness=0.9),
         ),
-        sun=gs.Sun(azimuth_deg=285, elevation_deg=29),
+        sun=gs.Sun(azimuth_deg=262, elevation_deg=33),
         sky=gs.Sky(haze=1.3),
         camera=CAMERAS["near"],
         post=gs.Post(saturation=0.9),

@@ -82,6 +82,14 @@ def test_samples_smooth_edges_and_leave_the_truth_alone(renderer):
     assert abs(one.image.mean() - many.image.mean()) < 5
 
 
+@pytest.mark.parametrize("samples", [1, 2])
+def test_what_lay_in_memory_before_does_not_show(renderer, samples):
+    drawn = renderer(small_scene(), samples=samples)
+    for average in drawn._post._average:
+        average.write(np.full((90, 160, 4), np.nan, np.float32).tobytes())
+    assert np.array_equal(drawn.render().image, renderer(small_scene(), samples=samples).render().image)
+
+
 def test_progress_is_told_after_each_sample(renderer):
     told = []
     renderer(small_scene(), samples=3).render(progress=lambda done, total: told.append((done, total)))

@@ -28,23 +28,24 @@ def read_truth(gbuffer: GBuffer, aovs: Sequence[str]) -> Truth:
     if unknown:
         raise InputError(f"--aov: unknown output {unknown[0]}; choose from {', '.join(AOVS)}")
     truth: Truth = {}
+    surface = np.isfinite(_read(gbuffer.depth, np.float32, 1))
     for name in aovs:
         if name == "depth":
             truth["depth"] = _read(gbuffer.depth, np.float32, 1)[..., 0]
         elif name == "normal":
             octahedral = _read(gbuffer.normal, np.float16, 4)[..., :2].astype(np.float32)
-            known = np.isfinite(_read(gbuffer.depth, np.float32, 1))
-            truth["normal"] = np.where(known, _decode_normal(octahedral), np.float32(0.0))
+            truth["normal"] = np.where(surface, _decode_normal(octahedral), np.float32(0.0))
         elif name == "class":
             truth["class"] = (_read(gbuffer.id, np.uint32, 1)[..., 0] >> 27).astype(np.uint8)
         elif name == "blade-id":
             truth["blade_id"] = _read(gbuffer.id, np.uint32, 1)[..., 0] & np.uint32(0x7FFFFFF)
         elif name == "motion":
             # rows run down in a picture and up in OpenGL
-            truth["motion"] = _read(gbuffer.motion, np.float32, 2) * np.array([1.0, -1.0], np.float32)
+            motion = _read(gbuffer.motion, np.float32, 2) * np.array([1.0, -1.0], np.float32)
+            truth["motion"] = np.where(surface, motion, np.float32(0.0))
         else:
             coded = _read(gbuffer.colour, np.uint8, 4)[..., :3].astype(np.float32) / np.float32(255.0)
-            truth["albedo"] = coded * coded
+            truth["albedo"] = np.where(surface, coded * coded, np.float32(0.0))
     return truth
 
 

@@ -54,8 +54,10 @@ class World:
         self._moving: list[tuple[Page, Span]] = []
         self.views: tuple[View, ...] = ()
         """The views that were culled for last."""
-        self._largest_head_m = max(
-            (grass.head_size_m[1] for grass in scene.grass if grass.head != "none"), default=0.0
+        # seed heads are long but thin
+        slender = {"none": 0.0, "panicle": 0.4, "spike": 0.4}
+        self._broadest_head_m = max(
+            (grass.head_size_m[1] * slender.get(grass.head, 1.0) for grass in scene.grass), default=0.0
         )
         self._focus: Floats | None = None
         # a camera may stray this far before blades are sown anew around it
@@ -109,17 +111,16 @@ class World:
         return self.chunks.add(page.tiles.start[at], page.tiles.up_to[at, eighths[some] - 1])
 
     def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[Span, ...]:
-        pixel = away[at] * view.pixel_m[0] + view.pixel_m[1]
-        size_px = self._largest_head_m / np.maximum(pixel, 1e-9)
-        # the largest decide here; a smaller one may take less detail for itself, never more
-        level = np.searchsorted(-np.array(HEAD_PX), -size_px)
         start, length = page.tiles.head_start[at], page.tiles.heads[at]
-        # a coarse shadow map cannot tell them from blades
-        shown = size_px > 5.0 if view.purpose == "shadow" else np.ones(len(at), bool)
-        return tuple(
-            self.chunks.add(start[some], length[some], 1)
-            for some in (shown & (level == k) for k in range(len(HEAD_PX) + 1))
-        )
+        if view.purpose == "shadow":
+            # least detail, and none where the map is too coarse to tell them from blades
+            shown = self._broadest_head_m > 4.0 * view.pixel_m[1]
+            level = np.full(len(at), len(HEAD_PX) if shown else -1)
+        else:
+            # the broadest decide here; a smaller one may take less detail for itself, never more
+            size_px = self._broadest_head_m / np.maximum(away[at] * view.pixel_m[0], 1e-9)
+            level = np.searchsorted(-np.array(HEAD_PX), -size_px)
+        return tuple(self.chunks.add(start[level == k], length[level == k], 1) for k in range(len(HEAD_PX) + 1))
 
     def seen(self, view: View) -> Sequence[Seen]:
         """What the view may show, by page of the field."""

@@ -1,18 +1,24 @@
 """The G-buffer: what is seen at each pixel, unlit, in formats that raster and compute can both write."""
 
+import ctypes
+
 import moderngl
 
+from greensward.gpu.context import gl_function
 from greensward.gpu.depth import ReversedDepth
 
 FIRST_UNIT = 10
-CLEAR_DEPTH = float("inf")
+_COLOUR, _DEPTH = 0x1800, 0x1801
+_ID, _LINEAR_DEPTH = 3, 4
 
 
 class GBuffer:
-    """Colour and transmittance, normal, occlusion and roughness, motion, class and id, linear depth."""
+    """Colour and transmittance, normal, occlusion and roughness, motion, class and id, linear depth.
+
+    Where the class is sky, the first three hold what an earlier frame left.
+    """
 
     def __init__(self, ctx: moderngl.Context, size: tuple[int, int], depth: ReversedDepth) -> None:
-        self._cleared = depth.cleared
         self.colour = ctx.texture(size, 4, dtype="f1")
         self.normal = ctx.texture(size, 4, dtype="f2")
         self.motion = ctx.texture(size, 2, dtype="f4")
@@ -23,13 +29,19 @@ class GBuffer:
             texture.filter = moderngl.NEAREST, moderngl.NEAREST
         self._z = depth.renderbuffer(size)
         self.framebuffer = ctx.framebuffer(self._textures, self._z)
-        # one clear value cannot mean black, no blade and infinitely far at once
-        self._depth_only = ctx.framebuffer([self.depth])
+        arguments = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
+        self._clear_float = gl_function(ctx, "glClearBufferfv", None, *arguments)
+        self._clear_uint = gl_function(ctx, "glClearBufferuiv", None, *arguments)
+        self._sky = (ctypes.c_uint * 4)()
+        self._far = (ctypes.c_float * 4)(float("inf"))
+        self._z_clear = (ctypes.c_float * 1)(depth.cleared)
 
     def clear(self) -> None:
-        """Empty it: sky, infinitely far."""
-        self.framebuffer.clear(depth=self._cleared)
-        self._depth_only.clear(CLEAR_DEPTH)
+        """Empty it: sky, infinitely far. moderngl's own clear cannot set targets of different types apart."""
+        self.framebuffer.use()
+        self._clear_uint(_COLOUR, _ID, self._sky)
+        self._clear_float(_COLOUR, _LINEAR_DEPTH, self._far)
+        self._clear_float(_DEPTH, 0, self._z_clear)
 
     def bind(self) -> None:
         """Bind for reading at texture units 10 to 14."""
@@ -44,7 +56,6 @@ class GBuffer:
     def release(self) -> None:
         """Free the GPU memory."""
         self.framebuffer.release()
-        self._depth_only.release()
         self._z.release()
         for texture in self._textures:
             texture.release()

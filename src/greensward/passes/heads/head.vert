@@ -45,12 +45,12 @@ void main() {
     float size = mix(species(kindOfGrass, HEAD).w, species(kindOfGrass, HEART).w, other);
     float depth = dot(view.axis_ws.xyz, tip) + view.axis_ws.w;
     float pixel = view.pixel_m.x * max(depth, 0.02) + view.pixel_m.y;
-    float thick = flower ? 1.2 : 0.6;
+    float thick = flower ? 1.2 : 0.6, breadth = flower ? 1.0 : 0.4;
     // few heads stand for many far away, but a flower must not grow into a cabbage
     float grown = min(sqrt(widening), flower ? 1.8 : 1.0);
     size = max(size * grown, (flower ? 1.1 : 0.7) * pixel / thick) * here;
 
-    int level = max(finestLevel, size > levelPx.x * pixel ? 0 : size > levelPx.y * pixel ? 1 : 2);
+    int level = max(finestLevel, breadth * size > levelPx.x * pixel ? 0 : breadth * size > levelPx.y * pixel ? 1 : 2);
     if (gl_VertexID >= LEVELS[level].y) return;
     Corner corner = corners[int(kind) * VERTICES + LEVELS[level].x + gl_VertexID];
     if (corner.normal.xyz == vec3(0.0)) return;  // padding of the mesh

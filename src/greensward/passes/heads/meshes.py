@@ -21,7 +21,7 @@ def head_meshes() -> npt.NDArray[np.float32]:
     """All kinds in the order of `HEADS`, float32 (kinds, vertices of all levels, 8)."""
     builders: dict[str, tuple[Callable[[], Mesh], ...]] = {
         "none": (_nothing, _nothing, _nothing),
-        "panicle": (_panicle, lambda: _crossed(0.13, 0.35, 3), lambda: _crossed(0.13, 0.35, 2)),
+        "panicle": (lambda: _panicle(36), lambda: _panicle(6, 0.02, 0.22), lambda: _crossed(0.13, 0.35, 2)),
         "spike": (_spike, lambda: _crossed(0.09, 0.45, 3), lambda: _crossed(0.09, 0.45, 2)),
         "daisy": (_daisy, lambda: _disk(0.5, 0.02, 8), lambda: _disk(0.5, 0.02, 3)),
         "cup": (_cup, lambda: _disk(0.48, 0.3, 8), lambda: _disk(0.48, 0.3, 3)),
@@ -132,16 +132,14 @@ def _spike() -> Mesh:
     return _facets(np.concatenate(faces))
 
 
-def _panicle() -> Mesh:
+def _panicle(count: int, wide: float = 0.0075, long: float = 0.085) -> Mesh:
     """A loose plume: spikelets spiral up the axis, the lower ones reaching further."""
-    count = 36
     along = (np.arange(count) + 0.5) / count
     turn = 2.39996 * np.arange(count)
     reach = 0.14 * (1.0 - along) ** 0.7 * (0.55 + 0.45 * np.sin(1.7 * np.arange(count)) ** 2) + 0.008
     start = _polar(0.5 * reach, 0.86 * along + 0.02, turn)
-    middle = _polar(reach, 0.86 * along + 0.055, turn)
-    end = _polar(reach * 1.15, 0.86 * along + 0.105, turn)
-    wide = 0.0075
+    middle = _polar(reach, 0.86 * along + 0.02 + 0.4 * long, turn)
+    end = _polar(reach * 1.15, 0.86 * along + 0.02 + long, turn)
     left, right = middle + _polar(wide, 0.0, turn + 1.57), middle - _polar(wide, 0.0, turn + 1.57)
     return _facets(np.concatenate([np.stack([start, left, right], 1), np.stack([left, end, right], 1)]))
 
