@@ -49,8 +49,8 @@ def maps(heights, size_m):
     random = np.random.default_rng(5)
     noises = (random.normal(0.0, 2.2, (rows * k // 2, columns * k // 2)) for k in (1, 2, 4, 8))
     ragged = sum(enlarged(noise, size) for noise in noises)
-    density = np.clip((27.0 + ragged - slope_deg) / 10.0, 0.0, 1.0) * (1.0 - 0.6 * top)
-    yield "density.png", np.dstack([density, np.zeros_like(density), 1.0 - 0.5 * top])  # red; unused; height
+    density = np.clip((27.0 + ragged - slope_deg) / 10.0, 0.0, 1.0) * (1.0 - 0.3 * top)
+    yield "density.png", np.dstack([density, np.zeros_like(density), 1.0 - 0.25 * top])  # red; unused; height
     earth = np.clip(0.5 + 0.1 * ragged, 0.0, 1.0)[..., None]
     pale, dark = np.array([0.64, 0.56, 0.42, 1.0]), np.array([0.46, 0.42, 0.36, 1.0])
     yield "terrain.png", pale * earth + dark * (1.0 - earth)
@@ -68,7 +68,13 @@ def make(folder):
     scene = gs.Scene(
         title="Hillside at the Jacksboro fault",
         ground=gs.HeightMapGround(file="elevation.npz", terrain_map="terrain.png", size_m=size_m),
-        sowing=gs.Sowing(density_map="density.png", vegetation_map="vegetation.png", max_slope_deg=30, reach_m=500),
+        sowing=gs.Sowing(
+            density_map="density.png",
+            vegetation_map="vegetation.png",
+            max_slope_deg=30,
+            density_per_m2=1000,
+            reach_m=500,
+        ),
         grass=(
             gs.Grass(species="fescue", share=0.6),
             gs.Grass(species="meadow-grass", share=0.3),

@@ -1,5 +1,6 @@
-"""One software context for all tests that draw, current and without an error around each of them."""
+"""One context for all tests that draw, in software unless GREENSWARD_DEVICE says otherwise, current and without an error around each of them."""
 
+import os
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -14,10 +15,12 @@ from greensward.renderer import Renderer
 from greensward.scene import Scene
 from greensward.sowing import Field
 
+os.environ.setdefault("GREENSWARD_DEVICE", "cpu")
+
 
 @pytest.fixture(scope="session")
 def session_ctx() -> Iterator[moderngl.Context]:
-    ctx = open_context("cpu")
+    ctx = open_context()
     yield ctx
     ctx.release()
 

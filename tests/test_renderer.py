@@ -280,8 +280,8 @@ def test_two_renderers_in_one_context_take_turns(renderer):
 def test_two_renderers_with_contexts_of_their_own_take_turns(ctx, renderer):
     scenes = [small_scene(wind=[BREEZE]), small_scene(seed=8, ground=NOISE)]
     expected = [renderer(scene).render(1.0).image for scene in scenes]
-    with Renderer(scenes[0], size=(160, 90), device="cpu") as one:
-        with Renderer(scenes[1], size=(160, 90), device="cpu") as two:
+    with Renderer(scenes[0], size=(160, 90)) as one:
+        with Renderer(scenes[1], size=(160, 90)) as two:
             for _ in range(2):
                 assert np.array_equal(one.render(1.0).image, expected[0])
                 assert np.array_equal(two.render(1.0).image, expected[1])

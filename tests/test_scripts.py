@@ -108,9 +108,7 @@ def test_without_gl_it_is_installed_where_that_is_allowed(machine: Machine, root
     else:
         machine.command("sudo", 'case $1 in -n|-v) ;; *) "$@" ;; esac')
     code, said = machine.run("test")
-    assert machine.installed() == (
-        "apt-get install -y --no-install-recommends libegl1 libgl1 libgl1-mesa-dri\n"
-    )
+    assert machine.installed() == ("apt-get install -y --no-install-recommends libegl1 libgl1 libgl1-mesa-dri\n")
     assert code == 1  # nothing was really installed
     assert said.splitlines() == [
         "Installing libegl1 libgl1 libgl1-mesa-dri with apt ...",
@@ -148,9 +146,7 @@ def test_a_python_that_is_too_old_is_named(machine: Machine) -> None:
     machine.environment["PYTHON"] = "python-old"
     code, said = machine.run("check")
     assert code == 1
-    assert said.startswith(
-        "greensward needs Python 3.11 or newer (found Python 3.10.12). Install one, then: PYTHON="
-    )
+    assert said.startswith("greensward needs Python 3.11 or newer (found Python 3.10.12). Install one, then: PYTHON=")
     machine.environment["PYTHON"] = "no-such-python"
     assert "(found nothing that runs as no-such-python)" in machine.run("check")[1]
 

@@ -155,9 +155,7 @@ def test_a_wrong_option_is_told_before_anything_is_drawn(greensward, tmp_path, a
         (KeyboardInterrupt(), 130, ""),
     ],
 )
-def test_a_failure_leaves_no_file_and_its_own_exit_code(
-    greensward, tmp_path, monkeypatch, failure, code, told
-):
+def test_a_failure_leaves_no_file_and_its_own_exit_code(greensward, tmp_path, monkeypatch, failure, code, told):
     monkeypatch.setattr(FakeRenderer, "fails", failure)
     assert greensward(*RENDER) == (code, "", told)
     assert list(tmp_path.iterdir()) == []

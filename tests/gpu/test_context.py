@@ -160,9 +160,7 @@ def test_windows_takes_its_one_driver(drivers: FakeDrivers, monkeypatch: pytest.
     monkeypatch.setattr(sys, "platform", "win32")
     drivers.versions[None] = 460
     assert open_context().version_code == 460
-    with pytest.raises(
-        InputError, match=r'must be "auto" on this system, which has one driver \(got "cpu"\)'
-    ):
+    with pytest.raises(InputError, match=r'must be "auto" on this system, which has one driver \(got "cpu"\)'):
         open_context("cpu")
     drivers.versions[None] = 110
     with pytest.raises(GreenswardError, match="install or update the graphics card's driver"):

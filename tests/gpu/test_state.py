@@ -27,7 +27,7 @@ _SHADERS: dict[str, Any] = {
 
 @pytest.fixture(scope="module")
 def shared() -> Iterator[moderngl.Context]:
-    ctx = open_context("cpu")
+    ctx = open_context()
     yield ctx
     ctx.release()
 
@@ -235,9 +235,7 @@ def test_state_is_restored_after_an_error(ctx: moderngl.Context, callers: tuple[
     assert snapshot(ctx) == before
 
 
-def test_moderngl_draws_on_as_if_nothing_had_been(
-    ctx: moderngl.Context, callers: tuple[Caller, Caller]
-) -> None:
+def test_moderngl_draws_on_as_if_nothing_had_been(ctx: moderngl.Context, callers: tuple[Caller, Caller]) -> None:
     caller, we = callers
     target = caller.reader
     target.use()
@@ -275,9 +273,7 @@ def test_framebuffers_named_keep_their_viewport_and_masks(
     assert ctx.fbo is callers[1].reader
 
 
-def test_the_bound_framebuffer_may_be_changed_itself(
-    ctx: moderngl.Context, callers: tuple[Caller, Caller]
-) -> None:
+def test_the_bound_framebuffer_may_be_changed_itself(ctx: moderngl.Context, callers: tuple[Caller, Caller]) -> None:
     target = callers[0].reader
     for scissor in (None, (1, 2, 3, 4)):
         target.use()

@@ -49,9 +49,7 @@ def test_black_and_white_span_the_heights_of_a_picture(tmp_path, name, array):
     assert heights.dtype == np.float32
     np.testing.assert_allclose(heights, GREY8 / 25.5, atol=1e-5)
     np.testing.assert_allclose(read_heights(path, height_m=(100, 355)), GREY8 + 100.0, atol=1e-4)
-    np.testing.assert_allclose(
-        read_heights(path, height_m=(255, 0), height_scale=2), 2 * (255.0 - GREY8), atol=1e-4
-    )
+    np.testing.assert_allclose(read_heights(path, height_m=(255, 0), height_scale=2), 2 * (255.0 - GREY8), atol=1e-4)
 
 
 @pytest.mark.parametrize("mode", ["RGB", "RGBA", "P", "LA"])
@@ -83,9 +81,7 @@ def test_an_array_holds_metres(tmp_path, dtype):
         read_heights(tmp_path / "b.npz", key="second"),
     ):
         np.testing.assert_array_equal(heights, array.astype(np.float32))
-    np.testing.assert_array_equal(
-        read_heights(tmp_path / "a.npy", height_m=(5, 7)), 5 + 2 * array.astype(np.float32)
-    )
+    np.testing.assert_array_equal(read_heights(tmp_path / "a.npy", height_m=(5, 7)), 5 + 2 * array.astype(np.float32))
 
 
 def test_a_level_array_takes_the_lowest_height(tmp_path):
@@ -174,13 +170,9 @@ def test_the_array_of_an_npz_must_be_told_where_there_are_several(tmp_path):
 
 def test_an_array_is_judged_by_its_header_before_its_data_is_read(tmp_path):
     header = io.BytesIO()
-    np.lib.format.write_array_header_1_0(
-        header, {"descr": "<f8", "fortran_order": False, "shape": (40000, 40000)}
-    )
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (40000, 40000)})
     (tmp_path / "a.npy").write_bytes(header.getvalue())
-    assert "must be at most 16,384 on a side (got 40,000 × 40,000)" in refused(
-        read_heights, tmp_path / "a.npy"
-    )
+    assert "must be at most 16,384 on a side (got 40,000 × 40,000)" in refused(read_heights, tmp_path / "a.npy")
 
 
 def png(width, height):

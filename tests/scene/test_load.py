@@ -183,9 +183,7 @@ def test_read_file_is_asked_about_each_file_and_may_refuse(wrong):
         raise SceneError([f"{path} is no good as {key} of {table['kind']}"])
 
     Path("e.png").touch()
-    found = wrong(
-        "seed = -1\nground = {kind = 'heightmap', file = 'e.png', texture = 'no.png'}", read_file=read
-    )
+    found = wrong("seed = -1\nground = {kind = 'heightmap', file = 'e.png', texture = 'no.png'}", read_file=read)
     assert found == (
         "a.toml: ground.texture: no such file: no.png",
         "a.toml: ground.file: e.png is no good as ground.file of heightmap",
@@ -255,9 +253,7 @@ def test_a_preset_takes_overrides_of_its_species_seed_and_technique():
 def test_another_technique_drops_the_settings_of_the_first(tmp_path):
     file = tmp_path / "a.toml"
     file.write_text("technique = {name = 'bezier-blades', haze = 3.0}", encoding="utf-8")
-    assert load(file, technique="bezier-blades", technique_settings=SETTINGS).technique.model_extra == {
-        "haze": 3.0
-    }
+    assert load(file, technique="bezier-blades", technique_settings=SETTINGS).technique.model_extra == {"haze": 3.0}
     assert load(file, technique="billboards", technique_settings=SETTINGS).technique.model_extra == {}
 
 
@@ -276,9 +272,7 @@ def test_the_camera_comes_from_numbers_or_a_file(tmp_path):
     assert problems("meadow", camera="1,2,3:4,5,nan") == (
         "--camera: camera.target_m[2]: must be a finite number (got nan)",
     )
-    assert problems("meadow", camera="1,2,3:1,2,3") == (
-        "--camera: camera: target_m must differ from position_m",
-    )
+    assert problems("meadow", camera="1,2,3:1,2,3") == ("--camera: camera: target_m must differ from position_m",)
     assert problems("meadow", camera="\0" * 9)[0].startswith("--camera: must be")
 
 

@@ -143,17 +143,13 @@ def test_any_bytes_load_or_are_refused_in_words(content):
 
 
 @settings(max_examples=200, deadline=None)
-@given(
-    st.lists(st.text(max_size=20) | st.builds("{}.{}={}".format, keys, keys, st.text(max_size=5)), max_size=3)
-)
+@given(st.lists(st.text(max_size=20) | st.builds("{}.{}={}".format, keys, keys, st.text(max_size=5)), max_size=3))
 def test_any_override_is_taken_or_refused_in_words(overrides):
     told("meadow", overrides=overrides)
 
 
 @settings(max_examples=150, deadline=None)
-@given(
-    st.text(max_size=20) | st.from_regex(r"-?[0-9]{1,3},[0-9.]{1,4},[0-9e]{1,3}:1,2,[0-9]{1,3}(:[0-9]{1,3})?")
-)
+@given(st.text(max_size=20) | st.from_regex(r"-?[0-9]{1,3},[0-9.]{1,4},[0-9e]{1,3}:1,2,[0-9]{1,3}(:[0-9]{1,3})?"))
 def test_any_camera_is_taken_or_refused_in_words(camera):
     told("meadow", camera=camera)
 
@@ -200,9 +196,7 @@ valid_scenes = table(
     shadows=table(enabled=st.booleans(), cascades=st.integers(1, 4)),
     technique=st.dictionaries(
         st.text(string.ascii_lowercase, min_size=5, max_size=8),
-        st.integers(-(2**60), 2**60)
-        | st.booleans()
-        | st.lists(st.text(string.printable, max_size=5), max_size=3),
+        st.integers(-(2**60), 2**60) | st.booleans() | st.lists(st.text(string.printable, max_size=5), max_size=3),
         max_size=3,
     ),
     post=table(exposure_ev=numbers(-20, 20), tone_map=st.sampled_from(["filmic", "linear"])),

@@ -75,7 +75,7 @@ class Field:
         values = sward_values(scene)
         self._species_count = values["count"]
         self.canopy_m = float(values["canopy_m"])  # type: ignore[arg-type]
-        self.tallest_m = max((grass.height_m[1] for grass in scene.grass), default=0.0) * 1.5
+        self.tallest_m = max((grass.height_m[1] for grass in scene.grass), default=0.0) * 1.7
         self.block = BlockBuffer(ctx, SWARD_BLOCK)
         self.block.set(**values)  # type: ignore[arg-type]
         # a technique may keep records of its own for each blade, up to twice as large
@@ -201,6 +201,7 @@ class Field:
         margin = self.tallest_m + 0.5 * sowing.clump_m
         low[:, 0], high[:, 0] = x0 - margin, x0 + size + margin
         low[:, 2], high[:, 2] = z0 - margin, z0 + size + margin
+        low[:, 1] -= self.tallest_m
         high[:, 1] += self.tallest_m
         return Tiles(
             low,
