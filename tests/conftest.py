@@ -1,4 +1,4 @@
-"""One context for all tests that draw, in software unless GREENSWARD_DEVICE says otherwise, current and without an error around each of them."""
+"""One context for all tests that draw, current and without an error around each; GREENSWARD_DEVICE chooses it."""
 
 import os
 from collections.abc import Callable, Iterator

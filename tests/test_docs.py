@@ -42,7 +42,6 @@ def tiny(monkeypatch, tmp_path):
             super().__init__(scene.model_copy(update=thin), **options)
 
     monkeypatch.setattr(renderers, "Renderer", Tiny)
-    monkeypatch.setenv("GREENSWARD_DEVICE", "cpu")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -16,7 +16,6 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 def run(monkeypatch, name: str, out: Path, *arguments: str) -> None:
-    monkeypatch.setenv("GREENSWARD_DEVICE", "cpu")
     line = [f"{name}.py", "--size", "96x54", "--samples", "1", "-o", str(out), *arguments]
     monkeypatch.setattr(sys, "argv", line)
     runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")

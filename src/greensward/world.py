@@ -17,7 +17,7 @@ from greensward.sowing import Field, Page
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-HEAD_PX = (10.0, 5.0)  # size on the screen down to which a head has full, and simple, detail
+HEAD_PX = (14.0, 5.0)  # size on the screen down to which a head has full, and simple, detail
 BLADES, POSTURES, CHUNKS, HEADS, MESHES, RECORDS = range(6)
 """Shader-storage bindings while the field is drawn."""
 

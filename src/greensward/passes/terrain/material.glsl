@@ -53,7 +53,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     float thinned = 1.0 - keptShare(away);
     float beyond = smoothstep(0.8, 1.0, away / sward.reach_m);
     // from afar turf ends in tufts: between turf and soil there is no half-way to light
-    float edge = 0.22 + 0.16 * simplex(xz * 0.21, 911u) + 0.1 * simplex(xz * 0.9, 913u);
+    float edge = max(0.22 + 0.16 * simplex(xz * 0.21, 911u) + 0.1 * simplex(xz * 0.9, 913u), 0.07);
     float covered = mix(grown, smoothstep(edge - 0.06, edge + 0.06, grown), max(thinned, beyond));
     float turf = covered * clamp(max(0.25 + 0.75 * thinned, beyond), 0.0, 1.0);
     // tufts, as far as a pixel still tells them apart
