@@ -28,7 +28,7 @@ BLADES_BLOCK = declare(
 class Settings(Model):
     """How finely blades are cut, and how thin they may become."""
 
-    error_px: Number = Field(0.5, gt=0, le=100)
+    error_px: Number = Field(0.7, gt=0, le=100)
     """A blade gets as many segments as keep it this close to its true curve on the screen."""
     max_level: Count = Field(12, ge=1, le=64)
     """Never more segments than this."""

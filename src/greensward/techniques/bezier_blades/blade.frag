@@ -18,7 +18,7 @@ void main() {
     s.transmittance = root.w * mix(0.45, 1.0, v);
     s.roughness = tip.w;
     s.occlusion = mix(mix(0.2, 0.8, place.y), 1.0, height * (2.0 - height));
-    s.normal_ws = normalize(normalAndHeight.xyz);
+    s.normal_ws = normalAndHeight.xyz;
     s.surfaceClass = CLASS_GRASS;
     s.bladeId = firstId + look.w;
     s.previousClip = previousClip.xyzz;

@@ -41,16 +41,14 @@ void main() {
         * vec4(bezierPoint(root, previousControl, previousTip, v) + offset, 1.0);
     previousClip = previous_clip.xyw;
 
-    // round, not flat: the normal turns across the blade; far away it follows the ground and stops sparkling
-    vec3 trueSide = octahedralDecode(unpackSnorm2x16(r.trueSide)), up = octahedralDecode(unpackSnorm2x16(r.up));
-    float far = unpackUnorm4x8(r.look).y;
-    vec3 flatNormal = normalize(cross(trueSide, tangent));
-    vec3 toViewer = normalize(view.eye_ws.xyz - position_ws * view.eye_ws.w);
-    if (dot(flatNormal, toViewer) < 0.0) flatNormal = -flatNormal;
-    float turn = 1.9 * bezierblades.roundness * (u - 0.5) * (dot(side, trueSide) < 0.0 ? -1.0 : 1.0);
-    vec3 normal_ws = normalize(flatNormal + turn * trueSide);
-    vec3 wall = normalize(0.8 * normalize(toViewer - up * dot(toViewer, up)) + 0.75 * up);
-    normalAndHeight = vec4(normalize(mix(normal_ws, wall, 0.8 * far)), v);
+    // round, not flat: the normal turns across the blade; far away it is the wall's and stops sparkling.
+    // Its length does not matter, as it is stored as a direction.
+    vec3 trueSide = octahedralDecode(unpackSnorm2x16(r.trueSide));
+    vec3 normal_ws = cross(trueSide, tangent);
+    if (dot(normal_ws, view.eye_ws.xyz - position_ws * view.eye_ws.w) < 0.0) normal_ws = -normal_ws;
+    normal_ws += 1.9 * bezierblades.roundness * (u - 0.5) * (dot(side, trueSide) < 0.0 ? -trueSide : trueSide);
+    vec3 wall = octahedralDecode(unpackSnorm2x16(r.wall));
+    normalAndHeight = vec4(mix(normal_ws, wall, 0.8 * unpackUnorm4x8(r.look).y), v);
     look = uvec4(r.rootColour, r.tipColour, r.look, r.blade);
 #endif
 }

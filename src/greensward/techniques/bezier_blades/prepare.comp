@@ -27,9 +27,9 @@ bool outside(vec3 v0, vec3 v1, vec3 v2, float width_m) {
 }
 
 // Segments that keep a quadratic curve within an error of its chords: |v0 - 2 v1 + v2| / (4 n^2) <= error.
-// The outline tapers by half the width over the blade, and bends likewise.
+// The outline tapers by half the width over the blade, and bends likewise where it is wide enough to tell.
 float segments(vec3 v0, vec3 v1, vec3 v2, float width_m, float pixel, float shape) {
-    float bend = length(v0 - 2.0 * v1 + v2) + 0.5 * width_m;
+    float bend = length(v0 - 2.0 * v1 + v2) + 0.5 * max(width_m - 2.0 * pixel, 0.0);
     float n = ceil(sqrt(bend / (4.0 * bezierblades.error_px * pixel)));
     float least = shape > 5.5 ? 18.0 : 1.0;  // the lobes of a dandelion need them
     return clamp(n, least, max(least, bezierblades.max_level));
@@ -92,7 +92,8 @@ bool prepare(uint index, out Record r) {
     r.rootColour = packUnorm4x8(vec4(sqrt(rootColour), rootRow.w));
     r.tipColour = packUnorm4x8(vec4(sqrt(tipColour), mix(tipRow.w, 0.95, far)));
     r.look = packUnorm4x8(vec4(b.height / max(sward.canopy_m, 1e-3) / 4.0, far, 0.0, 0.0));
-    r.up = b.up;
+    // a far blade is shaded as the wall of blades that it stands for, turned to the viewer as much as up
+    r.wall = packSnorm2x16(octahedralEncode(0.8 * normalize(toViewer - up * dot(toViewer, up)) + 0.75 * up));
 #endif
 
     r.x = v0.x; r.y = v0.y; r.z = v0.z;

@@ -11,7 +11,7 @@ struct Record {
     uint rootColour;      // square root of the colour; transmittance
     uint tipColour;       // square root of the colour; roughness
     uint look;            // height over four times the canopy's, 0 near to 1 far
-    uint up;              // octahedral
+    uint wall;            // octahedral, the shading normal of far blades
     uint blade;           // index within its page
     uint levelAndShape;   // segments, 0 where the blade is not drawn; shape
 };
