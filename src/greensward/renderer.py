@@ -2,10 +2,10 @@
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import moderngl
 import numpy as np
@@ -88,7 +88,10 @@ class Renderer:
                 self._owned.release()
             raise
         self._view: View | None = None
-        self._seen_from: tuple[tuple[Camera, tuple[int, int]] | None, tuple[View, ...]] = (None, ())
+        self._seen_from: tuple[Camera, tuple[int, int]] | None = None
+        self._all_views: tuple[View, ...]
+        self._shadow_views: tuple[View, ...]
+        self._lit_by: tuple[View, ...] | None = None
         self._previous: tuple[View, float] | None = None
         self._released = False
 
@@ -188,9 +191,9 @@ class Renderer:
         if not abs(time_s) <= _LONGEST_S:
             raise InputError(f"time: must be a finite number of seconds, at most a billion (got {time_s})")
         truth: Truth = {}
-        view, *shadow_views = self._views(camera)
+        view, shadow_views = self._views(camera)
         previous_view, previous_s = self._previous or (view, time_s - _FRAME_S)
-        instant = Instant(time_s, previous_s, (view, *shadow_views))
+        instant = Instant(time_s, previous_s, self._all_views)
         self.timers.start_frame()
         with self._stage("sow"):
             if self._world.follow(view.camera_ws):
@@ -204,14 +207,18 @@ class Renderer:
                 zip(shadow_views, self._shadows.framebuffers, strict=False), start=1
             ):
                 framebuffer.clear(depth=1.0)
-                self._surfaces(framebuffer, shadow_view, slot, view_values(shadow_view, shadow_view, time_s))
+                if self._lit_by is not shadow_views:
+                    self._view_blocks[slot].set(**view_values(shadow_view, shadow_view))
+                self._surfaces(framebuffer, shadow_view, slot)
+            self._lit_by = shadow_views
             for sample in range(self.samples):
                 with self.timers.measure("clear"):
                     self._gbuffer.clear()
                 with self._depth.drawing():
-                    values = view_values(view, previous_view, time_s, jitter(sample))
+                    values = view_values(view, previous_view, jitter(sample))
                     values["jittered_clip_from_world"] = self._depth.matrix(values["jittered_clip_from_world"])
-                    self._surfaces(self._gbuffer.framebuffer, view, 0, values)
+                    self._view_blocks[0].set(**values)
+                    self._surfaces(self._gbuffer.framebuffer, view, 0)
                 with self.timers.measure("ground"):
                     self._terrain.paint(self._gbuffer)
                 if sample == 0 and aovs:
@@ -232,16 +239,17 @@ class Renderer:
         self._previous = view, time_s
         return truth
 
-    def _views(self, camera: Camera) -> tuple[View, ...]:
+    def _views(self, camera: Camera) -> tuple[View, tuple[View, ...]]:
         """The camera's view and those of its shadow maps; the same objects while neither camera nor size change."""
-        if self._seen_from[0] != (camera, self.size):
+        if self._seen_from != (camera, self.size):
+            self._seen_from = camera, self.size
             view = camera_view(camera, self._world.ground.heights, self.size)
-            self._seen_from = (camera, self.size), (view, *self._shadows.views(view))
-        return self._seen_from[1]
+            self._picture, self._shadow_views = view, self._shadows.views(view)
+            self._all_views = view, *self._shadow_views
+        return self._picture, self._shadow_views
 
-    def _surfaces(self, target: moderngl.Framebuffer, view: View, slot: int, values: dict[str, Any]) -> None:
+    def _surfaces(self, target: moderngl.Framebuffer, view: View, slot: int) -> None:
         """Everything that has a surface, unlit, from one view."""
-        self._view_blocks[slot].set(**values)
         self._view_blocks[slot].bind()
         target.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
@@ -265,9 +273,11 @@ class Renderer:
         return _Stage(self.seconds, name)
 
     def _kept(self, *framebuffers: moderngl.Framebuffer) -> AbstractContextManager[None]:
-        if self._owned is not None:
-            self._owned.__enter__()  # type: ignore[no-untyped-call]  # another renderer's context may be current
-        return kept_state(self.ctx, *framebuffers)
+        """While drawing: a caller's context keeps its state; the renderer's own is made current, and has none."""
+        if self._owned is None:
+            return kept_state(self.ctx, *framebuffers)
+        self._owned.__enter__()  # type: ignore[no-untyped-call]  # another renderer's may be current
+        return nullcontext()
 
     def release(self) -> None:
         """Free every GPU resource, and the context if it is the renderer's own."""

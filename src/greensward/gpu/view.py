@@ -26,7 +26,6 @@ VIEW_BLOCK = declare(
     ("up_ray", "vec4"),  # and half its height add
     ("jitter", "vec2"),  # of this sample, in clip space
     ("pixel_m", "vec2"),  # a pixel's size at depth d is x * d + y
-    ("time_s", "float"),
     ("density", "float"),  # part of the blades to draw; the rest are widened
 )
 
@@ -52,9 +51,7 @@ class View:
         return np.concatenate([m[3] + m[:3], m[3] - m[:3]])
 
 
-def view_values(
-    view: View, previous: View, time_s: float, offset_px: tuple[float, float] = (0.0, 0.0)
-) -> dict[str, Any]:
+def view_values(view: View, previous: View, offset_px: tuple[float, float] = (0.0, 0.0)) -> dict[str, Any]:
     """Members of the `View` block: the view, the one a frame ago, and the sub-sample's offset in pixels."""
     width, height = view.size_px
     jitter = 2.0 * offset_px[0] / width, 2.0 * offset_px[1] / height
@@ -74,7 +71,6 @@ def view_values(
         "up_ray": (*view.rays_ws[2], 0.0),
         "jitter": jitter,
         "pixel_m": view.pixel_m,
-        "time_s": time_s,
         "density": view.density,
     }
 

@@ -32,20 +32,19 @@ class Lighting:
             exposure=exposure(scene, up),
         )
         self._radiance = ctx.texture(size, 4, dtype="f2")
+        self._shadow_views: Sequence[View] | None = None
 
     def shade(
         self, gbuffer: GBuffer, shadows: ShadowMaps, shadow_views: Sequence[View], sample: int
     ) -> moderngl.Texture:
         """Radiance of every pixel, RGBA half floats."""
-        matrices, texels = np.tile(np.eye(4), (4, 1, 1)), np.ones(4)
-        for i, shadow_view in enumerate(shadow_views):
-            matrices[i], texels[i] = shadow_from_world(shadow_view), shadow_view.pixel_m[1]
-        self._block.set(
-            shadow_from_world=matrices,
-            shadow_texel_m=texels,
-            cascades=len(shadow_views),
-            sample_index=sample,
-        )
+        if shadow_views is not self._shadow_views:
+            self._shadow_views = shadow_views
+            matrices, texels = np.tile(np.eye(4), (4, 1, 1)), np.ones(4)
+            for i, shadow_view in enumerate(shadow_views):
+                matrices[i], texels[i] = shadow_from_world(shadow_view), shadow_view.pixel_m[1]
+            self._block.set(shadow_from_world=matrices, shadow_texel_m=texels, cascades=len(shadow_views))
+        self._block.set(sample_index=sample)
         self._block.bind()
         self._sky.bind()
         shadows.bind()

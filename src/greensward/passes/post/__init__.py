@@ -56,6 +56,7 @@ class Post:
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         self._ctx.depth_func = "<="
         self._blit.render(moderngl.TRIANGLES, vertices=3)
+        self._ctx.depth_func = "<"
 
     def resize(self, size: tuple[int, int]) -> None:
         """Make pictures of another size from now on."""
