@@ -32,6 +32,18 @@ def test_same_seed_same_bytes(sow):
     assert read_blades(again).tobytes() == one.tobytes()
 
 
+def test_same_seed_same_bytes_with_every_core_at_work(sow):
+    """Hundreds of full tiles at once: nothing may depend on which of them is sown first."""
+    even = {**_EVEN, "density_per_m2": 120.0, "full_density_m": 100.0, "reach_m": 16.0}
+    fields = [sow(small_scene(sowing={**even, "density_per_m2": 2000.0, "reach_m": 5.0})) for _ in range(4)]
+    fields += [sow(small_scene(sowing=even)) for _ in range(4)]
+    for same in (fields[:4], fields[4:]):
+        blades = [read_blades(field) for field in same]
+        assert len(blades[0]) > 80_000
+        assert all(other.tobytes() == blades[0].tobytes() for other in blades[1:])
+        assert (blades[0]["height"] > 0).all()
+
+
 def test_another_seed_sows_elsewhere(sow):
     roots = [set(map(bytes, read_blades(sow(small_scene(seed=seed)))["root"])) for seed in (1, 2)]
     assert min(map(len, roots)) > 1000

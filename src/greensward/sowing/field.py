@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -15,9 +16,10 @@ from greensward.scene import InputError, Scene
 from greensward.sowing.species import SWARD_BLOCK, leaf_edge_m, sward_values
 
 BLADE_BYTES, POSTURE_BYTES = 64, 24
+_MARK_BYTES = 16  # of 32 candidates
 MOST_BLADES = (1 << 27) - 2  # an id has 27 bits
 _TILE = np.dtype([("x", "i4"), ("z", "i4"), ("level", "i4"), ("candidates", "u4")])
-_COUNT = np.dtype([("up_to", "u4", 8), ("heads", "u4"), ("start", "u4"), ("head_start", "u4"), ("unused", "u4")])
+_COUNT = np.dtype([("up_to", "u4", 8), ("heads", "u4"), ("start", "u4"), ("head_start", "u4"), ("first_word", "u4")])
 Floats = npt.NDArray[np.float64]
 Table = npt.NDArray[np.void]
 
@@ -80,7 +82,8 @@ class Field:
         self.block.set(**values)  # type: ignore[arg-type]
         # a technique may keep records of its own for each blade, up to twice as large
         self._page_blades = min(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"], 1 << 30) // (2 * BLADE_BYTES)
-        self._counter = build_compute(ctx, "sowing/sow.comp")
+        self._marker = build_compute(ctx, "sowing/sow.comp")
+        self._tally = build_compute(ctx, "sowing/tally.comp")
         self._placer = build_compute(ctx, "sowing/sow.comp", {"PLACE": 1})
 
     def sow(self, focus_ws: npt.ArrayLike, slack_m: float) -> None:
@@ -96,13 +99,14 @@ class Field:
         self._refuse_too_many(int(tiles["candidates"].sum()))
         self._ground.bind()
         self.block.bind()
-        counts = self._count(tiles, focus, slack_m)
+        counts, marks = self._count(tiles, focus, slack_m)
         grown = np.flatnonzero(counts["up_to"][:, 7])
         tiles, counts = tiles[grown], counts[grown]
         page_of = _pages(counts["up_to"][:, 7].astype(np.int64), self._page_blades)
         for page in range(int(page_of.max(initial=-1)) + 1):
             here = page_of == page
-            self._place(tiles[here], counts[here], focus, slack_m)
+            self._place(tiles[here], counts[here], marks, focus, slack_m)
+        marks.release()
 
     def _tiles(self, focus: Floats, slack_m: float) -> Table:
         """Tiles that touch the reach: small ones near the focus, each level twice the size of the last."""
@@ -156,31 +160,42 @@ class Field:
                 f"(got about {blades / 1e6:,.0f} million); {cure}"
             )
 
-    def _count(self, tiles: Table, focus: Floats, slack_m: float) -> Table:
-        tile_buffer = self._ctx.buffer(tiles.tobytes())
-        count_buffer = self._ctx.buffer(reserve=len(tiles) * _COUNT.itemsize)
-        count_buffer.clear()
-        tile_buffer.bind_to_storage_buffer(0)
-        count_buffer.bind_to_storage_buffer(1)
-        self._run(self._counter, len(tiles), focus, slack_m)
+    def _count(self, tiles: Table, focus: Floats, slack_m: float) -> tuple[Table, moderngl.Buffer]:
+        """What grows of each tile, and the marks of the candidates that do."""
+        words = -(-tiles["candidates"].astype(np.int64) // 32)
+        counts = np.zeros(len(tiles), _COUNT)
+        counts["first_word"] = _starts(words)
+        marks = self._ctx.buffer(reserve=int(words.sum()) * _MARK_BYTES)
+        marks.clear()
+        tile_buffer, count_buffer = self._bind(tiles, counts, marks)
+        self._run(self._marker, len(tiles), focus, slack_m)
+        self._tally["tileCount"] = len(tiles)
+        self._tally.run(-(-len(tiles) // 64))
+        self._ctx.memory_barrier()
         counts = np.frombuffer(count_buffer.read(), _COUNT).copy()
         counts["up_to"] = np.maximum.accumulate(counts["up_to"], axis=1)
         tile_buffer.release()
         count_buffer.release()
-        return counts
+        return counts, marks
 
-    def _place(self, tiles: Table, counts: Table, focus: Floats, slack_m: float) -> None:
+    def _place(self, tiles: Table, counts: Table, marks: moderngl.Buffer, focus: Floats, slack_m: float) -> None:
         counts["start"] = _starts(counts["up_to"][:, 7])
         counts["head_start"] = _starts(counts["heads"])
         page = Page(self._ctx, self._bounds(tiles, counts), self.count + 1)
         self.pages.append(page)
         self.count += page.count
-        tile_buffer, count_buffer = self._ctx.buffer(tiles.tobytes()), self._ctx.buffer(counts.tobytes())
-        for binding, buffer in enumerate((tile_buffer, count_buffer, page.blades, page.heads)):
-            buffer.bind_to_storage_buffer(binding)
+        tile_buffer, count_buffer = self._bind(tiles, counts, marks)
+        page.blades.bind_to_storage_buffer(3)
+        page.heads.bind_to_storage_buffer(4)
         self._run(self._placer, len(tiles), focus, slack_m)
         tile_buffer.release()
         count_buffer.release()
+
+    def _bind(self, tiles: Table, counts: Table, marks: moderngl.Buffer) -> tuple[moderngl.Buffer, moderngl.Buffer]:
+        buffers = self._ctx.buffer(tiles.tobytes()), self._ctx.buffer(counts.tobytes())
+        for binding, buffer in enumerate((*buffers, marks)):
+            buffer.bind_to_storage_buffer(binding)
+        return buffers
 
     def _run(self, shader: moderngl.ComputeShader, tiles: int, focus: Floats, slack_m: float) -> None:
         shader["focus"] = (*focus, slack_m)
@@ -227,11 +242,12 @@ class Field:
         """Free the GPU memory."""
         self._forget()
         self.block.release()
-        self._counter.release()
+        self._marker.release()
+        self._tally.release()
         self._placer.release()
 
 
-def _starts(counts: npt.NDArray[np.uint32]) -> npt.NDArray[np.int64]:
+def _starts(counts: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
     starts: npt.NDArray[np.int64] = np.cumsum(counts, dtype=np.int64) - counts
     return starts
 

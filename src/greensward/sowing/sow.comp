@@ -1,42 +1,19 @@
-// Sows one tile per workgroup. Without PLACE it counts the blades that grow, in eight bins by rank, and the heads;
-// with PLACE it writes them, in order, so that the same seed gives the same bytes.
+// Sows one tile per workgroup. Without PLACE it marks the candidates that grow; with PLACE, after tally.comp counted
+// them, it writes their blades in order, so that the same seed gives the same bytes.
 #include "sowing/sward.glsl"
+#include "sowing/tiles.glsl"
 #include "shaders/blade.glsl"
 #include "shaders/bezier.glsl"
 
 layout(local_size_x = 64) in;
 
-struct Tile { int x, z, level; uint candidates; };
-struct Count { uint upTo[8]; uint heads; uint start; uint headStart; uint unused; };
-
-layout(std430, binding = 0) readonly buffer Tiles { Tile tiles[]; };
-layout(std430, binding = 1) buffer Counts { Count counts[]; };
 #ifdef PLACE
-layout(std430, binding = 2) writeonly buffer Blades { Blade blades[]; };
-layout(std430, binding = 3) writeonly buffer Heads { uint heads[]; };
+layout(std430, binding = 3) writeonly buffer Blades { Blade blades[]; };
+layout(std430, binding = 4) writeonly buffer Heads { uint heads[]; };
 #endif
 
 uniform vec4 focus;   // xyz; w: how far the camera may move before the field is sown again
 uniform int firstTile;
-
-shared uint scan[64];
-
-// Exclusive prefix sum over the workgroup; the total in `all`
-uint prefix(uint value, out uint all) {
-    uint lane = gl_LocalInvocationID.x;
-    scan[lane] = value;
-    barrier();
-    for (uint step = 1u; step < 64u; step <<= 1u) {
-        uint before = lane >= step ? scan[lane - step] : 0u;
-        barrier();
-        scan[lane] += before;
-        barrier();
-    }
-    all = scan[63];
-    uint result = scan[lane] - value;
-    barrier();
-    return result;
-}
 
 // Candidate j of a tile is blade j / 4^level of one of its 4^level leaves, visited in a scrambled order. So a prefix
 // of any tile is a fair sample of it, and a blade is the same whichever level of tile it is sown from.
@@ -153,42 +130,23 @@ bool grow(Tile tile, uint j, out Blade blade) {
 void main() {
     uint slot = gl_WorkGroupID.x + uint(firstTile);
     Tile tile = tiles[slot];
-    uint lane = gl_LocalInvocationID.x;
-    uint placed = 0u, placedHeads = 0u;
-#ifdef PLACE
     Count count = counts[slot];
-#endif
-    for (uint first = 0u; first < tile.candidates; first += 64u) {
-        uint j = first + lane;
+    for (uint j = gl_LocalInvocationID.x; j < tile.candidates; j += 64u) {
+        uint word = count.firstWord + (j >> 5u), bit = 1u << (j & 31u);
         Blade blade;
-        bool grows = j < tile.candidates && grow(tile, j, blade);
-        uint all;
-        uint offset = placed + prefix(grows ? 1u : 0u, all);
-        placed += all;
-        bool head = grows && (blade.look & 16u) != 0u;
-        uint allHeads;
-        uint headOffset = placedHeads + prefix(head ? 1u : 0u, allHeads);
-        placedHeads += allHeads;
 #ifdef PLACE
-        // the two programs may round differently: never write past what was counted
-        bool fits = offset < count.upTo[7];
-        if (grows && fits) blades[count.start + offset] = blade;
-        if (head && fits && headOffset < count.heads) heads[count.headStart + headOffset] = count.start + offset;
+        Mark mark = marks[word];
+        if ((mark.grows & bit) == 0u) continue;
+        // the two programs may round differently: one that only the other grows is left without height
+        if (!grow(tile, j, blade)) blade = Blade(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0u, 0, 0u, 0xffffu);
+        uint at = count.start + mark.start + uint(bitCount(mark.grows & (bit - 1u)));
+        blades[at] = blade;
+        if ((mark.heads & bit) != 0u)
+            heads[count.headStart + mark.headStart + uint(bitCount(mark.heads & (bit - 1u)))] = at;
 #else
-        if (lane == 0u) {
-            counts[slot].upTo[first * 8u / tile.candidates] = placed;
-            counts[slot].heads = placedHeads;
-        }
+        if (!grow(tile, j, blade)) continue;
+        atomicOr(marks[word].grows, bit);
+        if ((blade.look & 16u) != 0u) atomicOr(marks[word].heads, bit);
 #endif
     }
-#ifdef PLACE
-    for (uint rest = placed + lane; rest < count.upTo[7]; rest += 64u) {
-        Blade none;
-        none.x = 0.0; none.y = 0.0; none.z = 0.0; none.facing = 0.0;
-        none.x1 = 0.0; none.y1 = 0.0; none.z1 = 0.0; none.height = 0.0;
-        none.x2 = 0.0; none.y2 = 0.0; none.z2 = 0.0; none.width = 0.0;
-        none.up = 0u; none.stiffness = 0.0; none.look = 0u; none.chance = 0xffffu;
-        blades[count.start + rest] = none;
-    }
-#endif
 }
