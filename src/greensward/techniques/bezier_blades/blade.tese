@@ -14,7 +14,7 @@ patch in uint record;
 #ifndef SHADOW
 out vec4 normalAndHeight;    // w runs from 0 at the root to 1 at the tip
 out vec3 previousClip;       // x, y, w
-flat out uvec4 look;         // as the record's root and tip colour and look, and the blade
+flat out uint shown;         // the record
 #endif
 
 void main() {
@@ -49,6 +49,6 @@ void main() {
     normal_ws += 1.9 * bezierblades.roundness * (u - 0.5) * (dot(side, trueSide) < 0.0 ? -trueSide : trueSide);
     vec3 wall = octahedralDecode(unpackSnorm2x16(r.wall));
     normalAndHeight = vec4(mix(normal_ws, wall, 0.8 * unpackUnorm4x8(r.look).y), v);
-    look = uvec4(r.rootColour, r.tipColour, r.look, r.blade);
+    shown = record;
 #endif
 }
