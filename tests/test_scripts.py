@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="th
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.name)
 def test_scripts_are_sound(script: Path) -> None:
     text = script.read_text(encoding="utf-8")
-    assert not re.search(r"/home/|/root/|/work/|/tmp/|https?://", text)
+    assert not re.search(r"/(home|root|work|tmp)/|https?://", text)
     if script.name != "setup.sh":
         assert os.access(script, os.X_OK)
         assert text.startswith(("#!/usr/bin/env bash\n", "#!/usr/bin/env python3\n"))

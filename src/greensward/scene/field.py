@@ -27,7 +27,7 @@ class Sowing(Model):
     drift: Number = Field(0.6, ge=0, le=1)
     """Strength of those drifts."""
     full_density_m: Number = Field(6.0, gt=0, le=100_000)
-    """Every blade is kept up to this distance from the camera; beyond, fewer and wider ones cover as much."""
+    """Every blade is kept up to this distance from the camera; beyond, fewer and wider ones stand for them."""
     reach_m: Number = Field(300.0, gt=0, le=100_000)
     """No blades are drawn beyond this distance from the camera; the ground takes their colour."""
 
@@ -97,4 +97,4 @@ class Shadows(Model):
     furthest_m: Number = Field(700.0, gt=0, le=100_000)
     """How far the last reaches."""
     density: Number = Field(0.5, ge=0, le=1)
-    """Part of the blades that cast shadows; they are widened to keep the shade."""
+    """Part of the blades that cast shadows; they are wider, to stand for the others."""
