@@ -15,8 +15,11 @@ class Heads:
 
     def __init__(self, ctx: moderngl.Context, world: World) -> None:
         self._ctx, self._world = ctx, world
+        levels = ", ".join(f"ivec2({first}, {vertices})" for first, vertices in LEVELS)
         self._arrays = {
-            purpose: ctx.vertex_array(build(ctx, f"{_FOLDER}/head.vert", f"{_FOLDER}/head.frag", defines=defines), [])
+            purpose: ctx.vertex_array(
+                build(ctx, f"{_FOLDER}/head.vert", f"{_FOLDER}/head.frag", defines={**defines, "LEVELS": levels}), []
+            )
             for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
         }
         for array in self._arrays.values():

@@ -9,8 +9,8 @@ layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
 layout(std430, binding = 3) readonly buffer Heads { uint heads[]; };
 layout(std430, binding = 4) readonly buffer Meshes { Corner corners[]; };
 
-const int VERTICES = 264;        // of one kind of head, all levels
-const ivec2 LEVELS[3] = ivec2[3](ivec2(0, 216), ivec2(216, 36), ivec2(252, 12));
+const ivec2 levels[3] = ivec2[3](LEVELS);  // first vertex and vertices of each, the finest first
+const int VERTICES = levels[2].x + levels[2].y;
 const float FIRST_FLOWER = 3.0;  // panicle and spike are seed heads
 
 uniform int finestLevel;
@@ -51,13 +51,13 @@ void main() {
     size = max(size * grown, (flower ? 1.1 : 0.7) * pixel / thick) * here;
 
     int level = max(finestLevel, breadth * size > levelPx.x * pixel ? 0 : breadth * size > levelPx.y * pixel ? 1 : 2);
-    if (gl_VertexID >= LEVELS[level].y) return;
-    Corner corner = corners[int(kind) * VERTICES + LEVELS[level].x + gl_VertexID];
+    if (gl_VertexID >= levels[level].y) return;
+    Corner corner = corners[int(kind) * VERTICES + levels[level].x + gl_VertexID];
     if (corner.normal.xyz == vec3(0.0)) return;  // padding of the mesh
 
     vec3 up = bladeUp(b), tangent = normalize(v2 - v1);
     vec3 wander = vec3(cos(6.2832 * random), 0.0, sin(6.2832 * random));
-    // flowers turn up and a little to the sun's side; seed heads go on along the stem and nod
+    // flowers turn up, each a little to a side of its own; seed heads go on along the stem and nod
     vec3 axis = flower ? normalize(0.5 * tangent + up + (0.15 + 0.75 * other) * wander)
                        : normalize(tangent - 0.12 * up + 0.12 * wander);
 

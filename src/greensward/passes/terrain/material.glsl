@@ -45,8 +45,11 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     if (sward.count == 0) grown = 0.0;
 
     // Equation 1 of Jahrmann & Wimmer 2013: the terrain map over the tile's texture by its alpha
-    vec4 map = texture(terrainMap, mapUv(xz));
-    vec3 bare = mix(untiled(xz * ground.soil_per_m, ground.soil_per_m * (onPlane(pixel + ivec2(1, 0), position_ws, normal) - xz), ground.soil_per_m * (onPlane(pixel + ivec2(0, 1), position_ws, normal) - xz)), map.rgb, map.a);
+    vec2 right = onPlane(pixel + ivec2(1, 0), position_ws, normal) - xz;
+    vec2 up = onPlane(pixel + ivec2(0, 1), position_ws, normal) - xz;
+    vec4 map = textureGrad(terrainMap, mapUv(xz), right / ground.size_m, up / ground.size_m);
+    vec3 soilHere = untiled(xz * ground.soil_per_m, right * ground.soil_per_m, up * ground.soil_per_m);
+    vec3 bare = mix(soilHere, map.rgb, map.a);
     bare *= 1.0 + 0.25 * driftAt(xz * 1.7, 5003u);
 
     // Blades thin out with distance; the ground takes on what they would have shown.
@@ -57,7 +60,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     float covered = mix(grown, smoothstep(edge - 0.06, edge + 0.06, grown), max(thinned, beyond));
     float turf = covered * clamp(max(0.25 + 0.75 * thinned, beyond), 0.0, 1.0);
     // tufts, as far as a pixel still tells them apart
-    float footprint = distance(onPlane(pixel + ivec2(0, 1), position_ws, normal), xz);
+    float footprint = length(up);
     float mottled = 1.0;
     for (float perM = 0.13; perM < 6.0; perM *= 2.9) {
         float told = 1.0 - smoothstep(0.15, 0.6, perM * footprint);
