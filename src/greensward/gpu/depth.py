@@ -15,12 +15,17 @@ _RENDERBUFFER, _DEPTH32F = 0x8D41, 0x8CAC
 _UINT, _INT = ctypes.c_uint, ctypes.c_int
 
 
+def has_clip_control(ctx: moderngl.Context) -> bool:
+    """Whether the range of clip space can be chosen (core since OpenGL 4.5)."""
+    return "GL_ARB_clip_control" in ctx.extensions
+
+
 class ReversedDepth:
     """Draws with depth 1 at the near plane and 0 far away (Lapidous & Jiao 1999); without clip control, as usual."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self._ctx = ctx
-        self.available = "GL_ARB_clip_control" in ctx.extensions
+        self.available = has_clip_control(ctx)
         self.cleared = 0.0 if self.available else 1.0
         """What the depth buffer is cleared to."""
         self._bind = gl_function(ctx, "glBindRenderbuffer", None, _UINT, _UINT)
