@@ -233,7 +233,7 @@ class Renderer:
             with self.timers.measure("post"):
                 self._post.encode()
         if aovs:
-            view_from_world = look(*place(camera, self._world.ground.heights))
+            view_from_world, _ = self.camera_matrices(camera)
             truth["camera"] = np.array(camera_record(camera, view.clip_from_world, view_from_world, self.size))
         self._view = view
         self._previous = view, time_s

@@ -28,10 +28,11 @@ def read_truth(gbuffer: GBuffer, aovs: Sequence[str]) -> Truth:
     if unknown:
         raise InputError(f"--aov: unknown output {unknown[0]}; choose from {', '.join(AOVS)}")
     truth: Truth = {}
-    surface = np.isfinite(_read(gbuffer.depth, np.float32, 1))
+    depth = _read(gbuffer.depth, np.float32, 1)
+    surface = np.isfinite(depth)
     for name in aovs:
         if name == "depth":
-            truth["depth"] = _read(gbuffer.depth, np.float32, 1)[..., 0]
+            truth["depth"] = depth[..., 0]
         elif name == "normal":
             octahedral = _read(gbuffer.normal, np.float16, 4)[..., :2].astype(np.float32)
             truth["normal"] = np.where(surface, _decode_normal(octahedral), np.float32(0.0))

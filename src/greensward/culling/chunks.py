@@ -20,6 +20,12 @@ class Span:
     count: int
     items: int
 
+    @property
+    def groups(self) -> tuple[int, int]:
+        """Columns and rows of a dispatch with a workgroup per chunk: drivers allow 65,535 a side."""
+        columns = min(self.count, 32768)
+        return columns, -(-self.count // columns)
+
 
 class ChunkTable:
     """Collects runs, then cuts all of them in one dispatch; the table holds (first item, items) per chunk."""

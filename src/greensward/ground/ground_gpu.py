@@ -20,7 +20,6 @@ GROUND_BLOCK = declare(
     ("beyond", "int"),
     ("soil_mean", "vec4"),
 )
-HEIGHTS, SOIL, TERRAIN, DENSITY, VEGETATION = range(5)
 
 
 class GroundGpu:
@@ -58,7 +57,6 @@ class GroundGpu:
             self._textures.append(texture)
             if file and file == sowing.density_map:
                 self.mean_density = float(pixels[..., 0].mean() / 255.0)
-        self.has_terrain_map = ground.terrain_map is not None
         mean = ((soil[..., :3] / 255.0) ** 2.2).mean(axis=(0, 1))
         self._block = BlockBuffer(ctx, GROUND_BLOCK)
         self._block.set(
@@ -75,11 +73,6 @@ class GroundGpu:
         for unit, texture in enumerate(self._textures):
             texture.use(unit)
         self._block.bind()
-
-    @property
-    def nbytes(self) -> int:
-        """GPU memory of the textures in bytes, mipmaps not counted."""
-        return sum(t.width * t.height * 4 for t in self._textures)
 
     def release(self) -> None:
         """Free the GPU memory."""

@@ -30,8 +30,7 @@ class Postures:
         self._shader["chunkCount"] = span.count
         self._shader["timeNow"] = time_s
         self._shader["timePrevious"] = previous_time_s
-        columns = min(span.count, 32768)
-        self._shader.run(columns, -(-span.count // columns))
+        self._shader.run(*span.groups)
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def release(self) -> None:

@@ -48,11 +48,6 @@ class GBuffer:
         for unit, texture in enumerate(self._textures, start=FIRST_UNIT):
             texture.use(unit)
 
-    @property
-    def nbytes(self) -> int:
-        """GPU memory in bytes."""
-        return self.colour.width * self.colour.height * (4 + 8 + 8 + 4 + 4 + 4)
-
     def release(self) -> None:
         """Free the GPU memory."""
         self.framebuffer.release()

@@ -28,7 +28,7 @@ LIGHT_BLOCK = declare(
     ("filmic", "int"),
     ("sample_index", "int"),
 )
-_SUN = 20.0
+_SUN = np.array([1.0, 0.97, 0.93]) * 20.0  # irradiance above the air of a sun of strength 1
 
 
 def to_sun(scene: Scene) -> npt.NDArray[np.float64]:
@@ -42,11 +42,10 @@ def to_sun(scene: Scene) -> npt.NDArray[np.float64]:
 def light_values(scene: Scene) -> dict[str, object]:
     """Members of the `Light` block that follow from the scene alone."""
     sun, sky, post = scene.sun, scene.sky, scene.post
-    here = sun_at_ground(scene)
     return {
         "to_sun": (*to_sun(scene), 0.0),
-        "sun_outside": (*(np.array([1.0, 0.97, 0.93]) * _SUN * sun.strength), 0.0),
-        "sun_here": (*here, 0.0),
+        "sun_outside": (*(_SUN * sun.strength), 0.0),
+        "sun_here": (*sun_at_ground(scene), 0.0),
         "haze": sky.haze,
         "clouds": sky.clouds,
         "sky_strength": sky.strength,
@@ -75,7 +74,7 @@ def sun_at_ground(scene: Scene) -> npt.NDArray[np.float64]:
         + 3.996e-3 * 1.11 * scene.sky.haze * mie
         + np.array([0.650e-3, 1.881e-3, 0.085e-3]) * ozone
     )
-    result: npt.NDArray[np.float64] = np.array([1.0, 0.97, 0.93]) * _SUN * scene.sun.strength * np.exp(-depth)
+    result: npt.NDArray[np.float64] = _SUN * scene.sun.strength * np.exp(-depth)
     return result
 
 

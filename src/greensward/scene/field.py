@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from greensward.scene.base import Colour, Count, FileName, Model, Number, Point, Text
+from greensward.scene.base import Colour, Count, FileName, Flag, Model, Number, Point, Text
 
 
 class Sowing(Model):
@@ -86,7 +86,7 @@ class TechniqueChoice(Model):
 class Shadows(Model):
     """Shadow maps of the sun: nested squares around the view, the first the sharpest."""
 
-    enabled: Annotated[bool, Field(strict=True)] = True
+    enabled: Flag = True
     """Whether anything casts a shadow."""
     cascades: Count = Field(3, ge=1, le=4)
     """How many nested maps."""

@@ -1,10 +1,10 @@
 """Sun, sky, camera and what happens to the picture afterwards."""
 
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from greensward.scene.base import Model, Number, Point
+from greensward.scene.base import Flag, Model, Number, Point
 
 
 class Sun(Model):
@@ -36,7 +36,7 @@ class Camera(Model):
     """Where it is."""
     target_m: Point = (0.0, 1.0, -20.0)
     """What it looks at."""
-    height_above_ground: Annotated[bool, Field(strict=True)] = True
+    height_above_ground: Flag = True
     """Whether the y of position and target is counted from the ground below each."""
     fov_y_deg: Number = Field(50.0, gt=0.1, lt=170)
     """Vertical field of view."""

@@ -1,6 +1,6 @@
 """Meshes of heads, near and far, padded to one length so that a draw needs no mesh bound per kind.
 
-A vertex is position and part, normal and shade: y runs along the head's axis from its base, lengths in units of
+A vertex is position and part, normal and padding: y runs along the head's axis from its base, lengths in units of
 the head's size. Part 0 is petal or seed, 1 the heart.
 """
 
@@ -41,16 +41,14 @@ def _nothing() -> Mesh:
     return np.zeros((0, 8))
 
 
-def _facets(corners: Mesh, part: float = 0.0, shade: float | Mesh = 1.0, out: Mesh | None = None) -> Mesh:
-    """Triangles (n, 3, 3) to vertices; normals flat, or `out` of the same shape."""
+def _facets(corners: Mesh, part: float = 0.0, out: Mesh | None = None) -> Mesh:
+    """Triangles (n, 3, 3) to vertices; normals flat, or along `out` of the same shape."""
     if out is None:
         flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-9)
         out = np.repeat(flat[:, None], 3, 1)
-    n = len(corners) * 3
-    result = np.empty((n, 8))
-    result[:, :3], result[:, 3] = corners.reshape(n, 3), part
-    result[:, 4:7], result[:, 7] = out.reshape(n, 3), np.broadcast_to(shade, (n,))
+    result = np.zeros((len(corners) * 3, 8))
+    result[:, :3], result[:, 3] = corners.reshape(-1, 3), part
+    result[:, 4:7] = (out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-9)).reshape(-1, 3)
     return result
 
 
@@ -79,7 +77,7 @@ def _dome(radius: float, height: float, base: float, sides: int) -> Mesh:
     top = np.broadcast_to([0.0, base + height, 0.0], ring[:-1].shape)
     corners = np.stack([ring[:-1], top, ring[1:]], 1)
     out = corners - np.array([0.0, base - radius, 0.0])
-    return _facets(corners, 1.0, 1.0, out / np.linalg.norm(out, axis=-1, keepdims=True))
+    return _facets(corners, 1.0, out)
 
 
 def _daisy() -> Mesh:
@@ -101,9 +99,7 @@ def _cup() -> Mesh:
         faces += [np.stack([a, b, c], 2).reshape(-1, 3, 3), np.stack([a, c, d], 2).reshape(-1, 3, 3)]
     corners = np.concatenate(faces)
     out = corners * np.array([-1.0, 0.0, -1.0]) + np.array([0.0, 0.35, 0.0])
-    return np.concatenate(
-        [_facets(corners, 0.0, 1.0, out / np.linalg.norm(out, axis=-1, keepdims=True)), _dome(0.1, 0.14, 0.05, 8)]
-    )
+    return np.concatenate([_facets(corners, 0.0, out), _dome(0.1, 0.14, 0.05, 8)])
 
 
 def _globe() -> Mesh:
@@ -115,7 +111,7 @@ def _globe() -> Mesh:
         faces += [np.stack([a[:-1], b[:-1], a[1:]], 1), np.stack([a[1:], b[:-1], b[1:]], 1)]
     corners = np.concatenate(faces)
     out = corners - np.array([0.0, 0.42, 0.0])
-    return _facets(corners, 0.0, 1.0, out / np.linalg.norm(out, axis=-1, keepdims=True))
+    return _facets(corners, 0.0, out)
 
 
 def _spike() -> Mesh:

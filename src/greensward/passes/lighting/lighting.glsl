@@ -35,13 +35,15 @@ float sunlit(vec3 p, vec3 normal, bool broad, float turn) {
         vec3 at = (light.shadow_from_world[i] * vec4(lifted, 1.0)).xyz;
         vec2 fromEdge = min(at.xy, 1.0 - at.xy);
         if (min(fromEdge.x, fromEdge.y) < 0.01 || at.z > 1.0) continue;
-        // the linear part scales axes that are at right angles, so dividing by squared lengths inverts it
-        mat3 toLight = transpose(mat3(light.shadow_from_world[i]));
-        vec3 inLight = vec3(dot(toLight[0], normal) / dot(toLight[0], toLight[0]),
-                            dot(toLight[1], normal) / dot(toLight[1], toLight[1]),
-                            dot(toLight[2], normal) / dot(toLight[2], toLight[2]));
-        vec2 slope = clamp(-inLight.xy / min(inLight.z, -1e-4), vec2(-16.0), vec2(16.0)) * step(inLight.z, 0.0);
-        if (!broad) slope = vec2(0.0);
+        vec2 slope = vec2(0.0);
+        if (broad) {
+            // the linear part scales axes that are at right angles, so dividing by squared lengths inverts it
+            mat3 toLight = transpose(mat3(light.shadow_from_world[i]));
+            vec3 inLight = vec3(dot(toLight[0], normal) / dot(toLight[0], toLight[0]),
+                                dot(toLight[1], normal) / dot(toLight[1], toLight[1]),
+                                dot(toLight[2], normal) / dot(toLight[2], toLight[2]));
+            slope = clamp(-inLight.xy / min(inLight.z, -1e-4), vec2(-16.0), vec2(16.0)) * step(inLight.z, 0.0);
+        }
         float sum = 0.0;
         float perTexel = 1.0 / float(textureSize(shadow0, 0).x);
         for (int k = 0; k < 6; k++) {

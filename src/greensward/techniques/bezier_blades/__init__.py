@@ -99,8 +99,7 @@ class BezierBlades:
         shader = self._prepare[view.purpose]
         shader["firstChunk"] = blades.first
         shader["chunkCount"] = blades.count
-        columns = min(blades.count, 32768)
-        shader.run(columns, -(-blades.count // columns))
+        shader.run(*blades.groups)
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
         return seen, offset
 
