@@ -18,11 +18,11 @@ _LAYERS = (
     ("library", "truth", "viewpoint"),
     ("techniques", "passes"),
     ("world",),
-    ("motion", "culling", "sowing", "ground"),
+    ("motion", "culling", "sowing", "objects", "ground"),
     ("gpu", "io"),
     ("scene",),
 )
-_ORDERED = {"motion", "culling", "sowing", "ground"}
+_ORDERED = {"motion", "culling", "sowing", "objects", "ground"}
 _APART = {("techniques", "passes"), ("passes", "techniques"), ("io", "gpu"), ("gpu", "io")}
 _FORBIDDEN = {"utils", "util", "helpers", "helper", "manager", "core", "common", "misc", "base_class"}
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from greensward.scene import Camera, Grass, Gusts, HeightMapGround, NoiseGround, Scene, SceneError, Sky, Solid
+from greensward.scene import Box, Camera, Grass, Gusts, HeightMapGround, NoiseGround, Scene, SceneError, Sky
 from greensward.scene.grass import species_table
 from greensward.scene.load import dump, load, missing_files, named_files, presets
 
@@ -68,8 +68,8 @@ def test_every_preset_loads_and_has_a_title(name):
         ("grass = [{shape = 'quadd'}]", 'dandelion (got "quadd"); did you mean quad?'),
         ("grass = [{tip_colour = 'green'}]", 'must be an sRGB colour such as "#7d9a45" (got "green")'),
         ("grass = [" + "{}," * 17 + "]", "grass: must hold at most 16 values (got 17)"),
-        ("ground = {kind = 'hill'}", 'ground.kind: must be one of flat, heightmap, noise (got "hill")'),
-        ("ground = {kind = []}", "ground.kind: must be one of flat, heightmap, noise (got [])"),
+        ("ground = {kind = 'hill'}", 'ground.kind: must be one of flat, heightmap, noise, none (got "hill")'),
+        ("ground = {kind = []}", "ground.kind: must be one of flat, heightmap, noise, none (got [])"),
         ("ground = 1", "ground: must be a table (got 1)"),
         ("ground = {kind = 'heightmap'}", "ground.file: is missing and has no default"),
         ("ground = {octaves = 3}", 'ground.octaves: belongs to kind "noise", but the kind here is "flat"'),
@@ -83,7 +83,10 @@ def test_every_preset_loads_and_has_a_title(name):
             'density_map: cannot be a file\'s name (got "~nobody-here/x")',
         ),
         (r'sowing.density_map = "\u0000"', "sowing.density_map: "),
-        ("wind = [{kind = 'calm'}]", 'wind[0].kind: must be one of gusts (got "calm")'),
+        (
+            "wind = [{kind = 'calm'}]",
+            'wind[0].kind: must be one of gusts, strong, helicopter, random, waves, blast, whirl, texture (got "calm")',
+        ),
         ("object = [{kind = 'box', position_m = [1]}]", "object[0].position_m: must hold 3 values (got 1)"),
         ("camera = {near_m = 10, far_m = 1}", "camera: far_m must be above near_m"),
         ("camera.target_m = [0, 1e7, 0]", "camera.target_m[1]: must be at most 1000000 (got 10000000.0)"),
@@ -208,7 +211,7 @@ def test_overrides_reach_keys_that_the_file_leaves_out(tmp_path):
     assert scene.grass == (Grass(species="reed", height_m=(1.2, 3.5)),)
     assert scene.post.exposure_ev == 0.5
     assert scene.title == "Two words"
-    assert scene.object == (Solid(kind="box", position_m=(0, 0, 0)),)
+    assert scene.object == (Box(kind="box", position_m=(0, 0, 0)),)
     assert scene.camera == Camera(position_m=(0, 9, 8))
     assert load(tmp_path, overrides={"seed": 3, "post.saturation": "0.5"}).seed == 3
 
@@ -282,7 +285,7 @@ def test_a_scene_survives_toml(tmp_path):
         ground=HeightMapGround(file="e.npz", key="a", no_data=-9999, height_m=(1, 2)),
         grass=(Grass(species="reed", share=0.1, height_m=(1, 2)), Grass(species="lawn"), Grass()),
         wind=(),
-        object=(Solid(kind="box", position_m=(1, 2, 3)),),
+        object=(Box(kind="box", position_m=(1, 2, 3)),),
         camera=Camera(position_m=(1e-7, 1e6, -0.0)),
         technique={"name": "x", "depth": [1, 2.5], "words": ["a,", "[\n"], "inner": {"deep": [True]}},
     ).in_folder(tmp_path)

@@ -6,7 +6,7 @@ import numpy as np
 
 from greensward.gpu.blocks import declare
 from greensward.scene import Gusts
-from greensward.scene.field import Wind
+from greensward.scene.wind import Wind
 
 MOST_WINDS = 8
 ROWS = 2
@@ -28,5 +28,6 @@ def wind_values(winds: tuple[Wind, ...], seed: int) -> dict[str, object]:
     """Members of the `Winds` block."""
     rows = np.zeros((MOST_WINDS * ROWS, 4), np.float32)
     for i, wind in enumerate(winds):
+        assert isinstance(wind, Gusts)
         rows[i * ROWS : (i + 1) * ROWS] = _gusts(wind)
     return {"rows": rows, "count": len(winds), "seed": seed}

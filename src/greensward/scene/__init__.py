@@ -1,28 +1,47 @@
 """WHAT is drawn: frozen models, TOML in and out, presets. Imports no GPU code."""
 
 from greensward.scene.errors import GreenswardError, InputError, SceneError
-from greensward.scene.field import Gusts, Shadows, Solid, Sowing, TechniqueChoice
+from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.grass import Grass
-from greensward.scene.ground import FlatGround, HeightMapGround, NoiseGround
+from greensward.scene.ground import FlatGround, HeightMapGround, NoGround, NoiseGround
 from greensward.scene.light import Camera, Post, Sky, Sun
+from greensward.scene.objects import Box, Capsule, Cylinder, Fur, Mesh, Path, Sphere
 from greensward.scene.scene import Scene
+from greensward.scene.wind import Blast, Gusts, Helicopter, Random, Simulation, Strong, Texture, Waves, Whirl
 
 __all__ = [
+    "Blast",
+    "Box",
     "Camera",
+    "Capsule",
+    "Culling",
+    "Cylinder",
     "FlatGround",
+    "Fur",
     "Grass",
     "GreenswardError",
+    "Growth",
     "Gusts",
     "HeightMapGround",
+    "Helicopter",
     "InputError",
+    "Mesh",
+    "NoGround",
     "NoiseGround",
+    "Path",
     "Post",
+    "Random",
     "Scene",
     "SceneError",
     "Shadows",
+    "Simulation",
     "Sky",
-    "Solid",
     "Sowing",
+    "Sphere",
+    "Strong",
     "Sun",
     "TechniqueChoice",
+    "Texture",
+    "Waves",
+    "Whirl",
 ]

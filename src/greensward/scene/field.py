@@ -1,10 +1,11 @@
-"""Where blades grow, what moves them, and the plain objects among them."""
+"""Where blades grow and how they age, which of them are drawn, and how."""
 
-from typing import Annotated, Literal
+from itertools import pairwise
+from typing import Annotated
 
-from pydantic import ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field
 
-from greensward.scene.base import Colour, Count, FileName, Flag, Model, Number, Point, Text
+from greensward.scene.base import Count, FileName, Flag, Model, Number, Text
 
 
 class Sowing(Model):
@@ -32,46 +33,51 @@ class Sowing(Model):
     """No blades are drawn beyond this distance from the camera; the ground takes their colour."""
 
 
-class Gusts(Model):
-    """Gusts that travel with the wind, in closed form: no state, any instant can be drawn."""
-
-    kind: Literal["gusts"] = "gusts"
-    direction_deg: Number = Field(250.0, ge=-360, le=360)
-    """Where it blows from, clockwise from north (−z), as in a weather report."""
-    speed_mps: Number = Field(4.5, ge=0, le=200)
-    """Mean speed."""
-    gustiness: Number = Field(0.6, ge=0, le=1)
-    """How much the gusts raise and lower it."""
-    gust_m: Number = Field(9.0, gt=0, le=10_000)
-    """Size of a gust."""
-    turbulence: Number = Field(0.3, ge=0, le=1)
-    """Small eddies and the flutter of each blade."""
+_Part = Annotated[Number, Field(ge=0, le=1)]
+_Factor = Annotated[Number, Field(ge=0, le=10)]
 
 
-Wind = Annotated[Gusts, Field()]
+def _from_seed_to_ripe(curve: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    ages = [age for age, _ in curve]
+    if any(later <= earlier for earlier, later in pairwise(ages)):
+        raise ValueError("must hold [age, factor] pairs with rising ages")
+    return curve
 
 
-class Solid(Model):
-    """A plain solid that stands in the grass, hides it and casts a shadow."""
+Curve = Annotated[
+    tuple[tuple[_Part, _Factor], ...], Field(min_length=1, max_length=8), AfterValidator(_from_seed_to_ripe)
+]
+"""`[age, factor]` pairs, straight between them and level outside."""
 
-    kind: Literal["box", "sphere", "cylinder"]
-    """Shape. A cylinder stands upright."""
-    position_m: Point
-    """Centre of its base; y is above the ground."""
-    size_m: tuple[
-        Annotated[Number, Field(gt=0, le=10_000)],
-        Annotated[Number, Field(gt=0, le=10_000)],
-        Annotated[Number, Field(gt=0, le=10_000)],
-    ] = (1.0, 1.0, 1.0)
-    """Extent along its own x, y and z."""
-    yaw_deg: Number = Field(0.0, ge=-360, le=360)
-    """Turn about the vertical."""
-    lean_deg: Number = Field(0.0, ge=-90, le=90)
-    """Lean from the vertical, towards its own x."""
-    colour: Colour = "#8a8378"
-    """sRGB of its surface."""
-    roughness: Number = Field(0.9, ge=0.05, le=1)
-    """Gloss: low is shiny."""
+
+class Growth(Model):
+    """Grass that grows: from `age` at time 0 on, 1 being full-grown."""
+
+    age: Number = Field(0.0, ge=0, le=1)
+    """Age at time 0; 0 is a seed."""
+    time_s: Number = Field(60.0, gt=0, le=1e9)
+    """Time from seed to full-grown."""
+    spread: Number = Field(0.25, ge=0, le=1)
+    """How much later than the first the last blades come up, as a part of `time_s`."""
+    height: Curve = ((0.0, 0.0), (0.5, 0.75), (1.0, 1.0))
+    """Factor on the height by age."""
+    width: Curve = ((0.0, 0.2), (0.4, 0.7), (1.0, 1.0))
+    """Factor on the width by age."""
+    stiffness: Curve = ((0.0, 0.5), (1.0, 1.0))
+    """Factor on the stiffness by age."""
+
+
+class Culling(Model):
+    """Tests on the GPU that leave out blades which would not show. Each may be switched off to compare."""
+
+    orientation: Flag = True
+    """Blades seen so edge-on that their technique gives them no width."""
+    frustum: Flag = True
+    """Blades outside the view."""
+    distance: Flag = True
+    """Ever more blades with distance; those that stay are wider. This alone changes the picture."""
+    occlusion: Flag = True
+    """Blades behind ground and objects."""
 
 
 class TechniqueChoice(Model):

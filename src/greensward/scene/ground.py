@@ -62,4 +62,10 @@ class NoiseGround(Surface):
     """Height samples along the longer side."""
 
 
-Ground = Annotated[FlatGround | HeightMapGround | NoiseGround, Field(discriminator="kind")]
+class NoGround(Surface):
+    """No ground at all: sky above and below, grass on objects only."""
+
+    kind: Literal["none"]
+
+
+Ground = Annotated[FlatGround | HeightMapGround | NoiseGround | NoGround, Field(discriminator="kind")]

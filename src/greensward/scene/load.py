@@ -298,8 +298,8 @@ def _plain(value: Any) -> Any:
 # Files ------------------------------------------------------------------------------------------------------
 
 
-def _files(node: Any, models: Models, loc: Loc) -> Iterator[tuple[Loc, dict[Any, Any]]]:
-    """Every key under `node` that names a file, and the table that holds it; `node` need not be valid."""
+def _files(node: Any, models: Models, loc: Loc) -> Iterator[tuple[Loc, Any]]:
+    """Every key under `node` that names a file, and the table or list that holds it; `node` need not be valid."""
     if isinstance(node, list | tuple):
         for index, item in enumerate(node):
             yield from _files(item, models, (*loc, index))
@@ -307,8 +307,10 @@ def _files(node: Any, models: Models, loc: Loc) -> Iterator[tuple[Loc, dict[Any,
         for key, field in model.model_fields.items():
             if not names_a_file(field):
                 yield from _files(node.get(key), models_in(field.annotation), (*loc, key))
-            elif isinstance(node.get(key), str) and node[key]:
+            elif isinstance(named := node.get(key), str) and named:
                 yield (*loc, key), node
+            elif isinstance(named, list | tuple):
+                yield from (((*loc, key, i), named) for i, name in enumerate(named) if isinstance(name, str) and name)
 
 
 def _file_problems(

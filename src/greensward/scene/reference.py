@@ -45,6 +45,7 @@ def reference(technique_settings: Mapping[str, type[BaseModel]]) -> str:
             parts += _section(name, model, listed, len(models_in(field.annotation)) > 1)
             if model is Grass:
                 parts += _species()
+        parts += _inner_sections(name, models_in(field.annotation))
         if name == "technique":
             for technique, settings in technique_settings.items():
                 heading = f'### `[technique]` with `name = "{technique}"`'
@@ -62,6 +63,17 @@ def _section(name: str, model: type[BaseModel], listed: bool, choice: bool) -> l
         title += f' with `kind = "{kind_of(model)}"`'
     repeated = [f"Repeat the table for more. {Scene.model_fields[name].description}"] if listed else []
     return [f"## {title}", _help(model), *repeated, _table(model)]
+
+
+def _inner_sections(name: str, models: tuple[type[BaseModel], ...]) -> list[str]:
+    """Sections of the tables within a table, each once."""
+    inner = {
+        f"{name}.{key}": held
+        for model in models
+        for key, field in model.model_fields.items()
+        for held in models_in(field.annotation)
+    }
+    return [part for key, model in inner.items() for part in (f"## `[{key}]`", _help(model), _table(model))]
 
 
 def _help(model: type[BaseModel]) -> str:
@@ -89,7 +101,11 @@ def _table(model: type[BaseModel]) -> str:
             continue
         cells = [
             f"`{name}`",
-            "file" if names_a_file(field) else "colour" if "colour" in name else _type(field.annotation),
+            _files(field.annotation)
+            if names_a_file(field)
+            else "colour"
+            if "colour" in name
+            else _type(field.annotation),
             "*required*" if field.default is PydanticUndefined else _shown(field.default),
             _range(schemas[name]),
             _unit(name),
@@ -111,8 +127,18 @@ def _type(annotation: Any) -> str:
         )
     if get_origin(annotation) is tuple:
         inner = _type(parts[0])
-        return f"list of {inner}s" if Ellipsis in parts else f"{len(parts)} {inner}s"
+        if Ellipsis in parts:
+            return "list of pairs" if inner == "2 numbers" else f"list of {inner}s".replace("3 numberss", "points")
+        return f"{len(parts)} {inner}s"
+    if models_in(annotation):
+        return "table"
     return _WORDS.get(annotation) or " or ".join(_type(part) for part in parts)
+
+
+def _files(annotation: Any) -> str:
+    return (
+        "list of files" if get_origin(annotation) is tuple or get_origin(get_args(annotation)[0]) is tuple else "file"
+    )
 
 
 def _shown(value: Any) -> str:

@@ -6,10 +6,12 @@ from typing import Annotated, Any
 from pydantic import Field, PrivateAttr, model_validator
 
 from greensward.scene.base import Count, Model, Text
-from greensward.scene.field import Gusts, Shadows, Solid, Sowing, TechniqueChoice, Wind
+from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.grass import Grass
 from greensward.scene.ground import FlatGround, Ground
 from greensward.scene.light import Camera, Post, Sky, Sun
+from greensward.scene.objects import Object
+from greensward.scene.wind import Gusts, Simulation, Wind
 
 
 class Scene(Model):
@@ -27,8 +29,12 @@ class Scene(Model):
     """Where blades grow."""
     wind: tuple[Wind, ...] = Field((Gusts(),), max_length=8)
     """Winds; they add up."""
-    object: Annotated[tuple[Solid, ...], Field(max_length=1000)] = ()
-    """Plain solids in the grass."""
+    simulation: Simulation | None = None
+    """How blades remember. Without it, none does."""
+    growth: Growth | None = None
+    """How the grass grows. Without it, it is full-grown."""
+    object: Annotated[tuple[Object, ...], Field(max_length=1000)] = ()
+    """Objects in the grass."""
     sun: Sun = Sun()
     """Where the sun stands."""
     sky: Sky = Sky()
@@ -37,6 +43,8 @@ class Scene(Model):
     """Shadow maps."""
     camera: Camera = Camera()
     """Where it is seen from."""
+    culling: Culling = Culling()
+    """Which blades are left out."""
     technique: TechniqueChoice = TechniqueChoice()
     """How the grass is drawn."""
     post: Post = Post()
@@ -47,8 +55,13 @@ class Scene(Model):
     @model_validator(mode="before")
     @classmethod
     def _kinds_may_be_left_out(cls, values: Any) -> Any:
-        if isinstance(values, dict) and isinstance(values.get("ground"), dict):
-            return {**values, "ground": {"kind": "flat", **values["ground"]}}
+        if not isinstance(values, dict):
+            return values
+        values = dict(values)
+        if isinstance(ground := values.get("ground"), dict):
+            values["ground"] = {"kind": "flat", **ground}
+        if isinstance(winds := values.get("wind"), list | tuple):
+            values["wind"] = [{"kind": "gusts", **wind} if isinstance(wind, dict) else wind for wind in winds]
         return values
 
     def resolve(self, file: str) -> Path:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from greensward.gpu.program import build
 from greensward.gpu.view import View
+from greensward.scene import Box, Cylinder, Sphere
 from greensward.scene.base import linear
 from greensward.world import World
 
@@ -27,7 +28,9 @@ class Solids:
         self._buffers: list[moderngl.Buffer] = []
         self._draws: dict[str, list[tuple[moderngl.VertexArray, int]]] = {"picture": [], "shadow": []}
         for kind, mesh in (("box", _box()), ("sphere", _revolved(_circle(12))), ("cylinder", _revolved(_LID))):
-            placed = [solid for solid in world.scene.object if solid.kind == kind]
+            placed = [
+                each for each in world.scene.object if isinstance(each, Box | Sphere | Cylinder) and each.kind == kind
+            ]
             if not placed:
                 continue
             rows = np.zeros((len(placed), 20), np.float32)
