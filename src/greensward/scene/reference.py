@@ -136,9 +136,7 @@ def _type(annotation: Any) -> str:
 
 
 def _files(annotation: Any) -> str:
-    return (
-        "list of files" if get_origin(annotation) is tuple or get_origin(get_args(annotation)[0]) is tuple else "file"
-    )
+    return "list of files" if get_origin(annotation) is tuple else "file"
 
 
 def _shown(value: Any) -> str:
