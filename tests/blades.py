@@ -4,6 +4,7 @@ import numpy as np
 
 from greensward.sowing import Field
 from greensward.sowing.field import Page
+from greensward.world import World
 from oracles import octahedral
 
 BLADE = np.dtype(
@@ -51,3 +52,13 @@ def has_head(blades: np.ndarray) -> np.ndarray:
 def points(blades: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Root, control point and tip at rest, float64 (n, 3) each."""
     return tuple(blades[name].astype(np.float64) for name in ("root", "control", "tip"))
+
+
+STATE = np.dtype([("tip", "f4", 3), ("pressed", "f4"), ("velocity", "f4", 3), ("unused", "f4")])
+
+
+def read_states(world: World) -> np.ndarray:
+    """What the blades of a simulated field remember, in the order of their pages."""
+    assert world._simulated
+    pages = world.field.pages
+    return np.concatenate([np.frombuffer(world._simulated._state(page).read(), STATE) for page in pages])

@@ -1,11 +1,11 @@
 """WHEN: the order of a frame, and the public way to draw one."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import moderngl
 import numpy as np
@@ -19,6 +19,7 @@ from greensward.gpu.state import kept_state
 from greensward.gpu.timers import PassTimers
 from greensward.gpu.view import VIEW_BLOCK, View, look, view_values
 from greensward.ground import HeightField
+from greensward.objects.placing import Script
 from greensward.passes.gbuffer import GBuffer
 from greensward.passes.heads import Heads
 from greensward.passes.lighting import Lighting
@@ -51,7 +52,9 @@ class Renderer:
 
     `samples` jittered pictures are averaged for clean edges. `device` is `auto`, `cpu` or a number from
     `greensward info`; with `ctx`, the caller's moderngl context (OpenGL 4.3 or newer) is used instead and
-    its state is kept. Raises `InputError` for what the scene asks and cannot be had.
+    its state is kept. `scripts` move objects by name: each takes a time in seconds and returns the centre of the
+    object's base, (3,) with y above the ground, or its matrix, (4, 4) for column vectors. Raises `InputError`
+    for what the scene asks and cannot be had.
     """
 
     def __init__(
@@ -62,6 +65,7 @@ class Renderer:
         samples: int = 1,
         device: str = "auto",
         ctx: moderngl.Context | None = None,
+        scripts: Mapping[str, Script] | None = None,
         shell: Shell | None = None,
     ) -> None:
         self.scene = scene
@@ -82,7 +86,7 @@ class Renderer:
                 heights = HeightField.of(scene)
                 place(scene.camera, heights)
             with self._stage("shaders"), kept_state(self.ctx):
-                self._build(heights, size, shell)
+                self._build(heights, size, scripts, shell)
         except BaseException:
             if self._owned is not None:
                 self._owned.release()
@@ -95,13 +99,19 @@ class Renderer:
         self._previous: tuple[View, float] | None = None
         self._released = False
 
-    def _build(self, heights: HeightField, size: tuple[int, int], shell: Shell | None) -> None:
+    def _build(
+        self,
+        heights: HeightField,
+        size: tuple[int, int],
+        scripts: Mapping[str, Script] | None,
+        shell: Shell | None,
+    ) -> None:
         ctx = self.ctx
         self.size = size
         self.timers = PassTimers(ctx)
         self._depth = ReversedDepth(ctx)
         self._view_blocks = [BlockBuffer(ctx, VIEW_BLOCK) for _ in range(5)]
-        self._world = World(ctx, self.scene, heights)
+        self._world = World(ctx, self.scene, heights, scripts)
         self._technique = self._technique_type(ctx, self._world, self._settings)
         self._terrain = Terrain(ctx, self._world, shell)
         self._solids = Solids(ctx, self._world)
@@ -158,6 +168,32 @@ class Renderer:
             with self.timers.measure("blit"):
                 self._post.blit(framebuffer, self._gbuffer, camera)
 
+    def advance(self, time_s: float, *, camera: Camera | None = None) -> None:
+        """Let the grass move on to an instant without drawing it, as `render` and `draw` do before they draw."""
+        with self._kept():
+            self._move(time_s, camera or self.scene.camera)
+
+    def checkpoint(self) -> dict[str, npt.NDArray[Any]]:
+        """The memory of the grass after the last frame, as arrays: `resume` continues from it bit for bit.
+
+        `time_s` is the instant it is of, float64; a scene without simulation has no more to remember.
+        """
+        with self._kept():
+            time_s = self._previous[1] if self._previous else 0.0
+            return {"time_s": np.array(time_s), **self._world.saved()}
+
+    def resume(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Continue from a checkpoint of the same scene, on the same driver bit for bit.
+
+        Raises `InputError` if it was made of another field.
+        """
+        if "time_s" not in state or state["time_s"].shape != ():
+            raise InputError("this is not a checkpoint of greensward")
+        with self._kept():
+            self._world.resume(state)
+            view, _ = self._views(self.scene.camera)
+            self._previous = view, float(state["time_s"])
+
     def camera_matrices(
         self, camera: Camera | None = None
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -188,20 +224,12 @@ class Renderer:
         progress: Callable[[int, int], None] | None,
     ) -> Truth:
         """The frame, top to bottom: sow, move, shadows, then for every sample surfaces, light and tone."""
-        if not abs(time_s) <= _LONGEST_S:
-            raise InputError(f"time: must be a finite number of seconds, at most a billion (got {time_s})")
         truth: Truth = {}
         view, shadow_views = self._views(camera)
-        previous_view, previous_s = self._previous or (view, time_s - _FRAME_S)
-        instant = Instant(time_s, previous_s, self._all_views)
-        self.timers.start_frame()
-        with self._stage("sow"):
-            if self._world.follow(view.camera_ws):
-                self.ctx.finish()
+        previous_view = self._previous[0] if self._previous else view
+        instant = self._move(time_s, camera)
         with self._stage("draw"):
-            self._world.bind()
             with self.timers.measure("move"):
-                self._world.move(instant)
                 self._technique.update(instant)
             for slot, (shadow_view, framebuffer) in enumerate(
                 zip(shadow_views, self._shadows.framebuffers, strict=False), start=1
@@ -236,8 +264,25 @@ class Renderer:
             view_from_world, _ = self.camera_matrices(camera)
             truth["camera"] = np.array(camera_record(camera, view.clip_from_world, view_from_world, self.size))
         self._view = view
-        self._previous = view, time_s
         return truth
+
+    def _move(self, time_s: float, camera: Camera) -> Instant:
+        """Sow around the camera if need be, and move the grass on to an instant."""
+        if not abs(time_s) <= _LONGEST_S:
+            raise InputError(f"time: must be a finite number of seconds, at most a billion (got {time_s})")
+        view, _ = self._views(camera)
+        _, previous_s = self._previous or (view, time_s - _FRAME_S)
+        instant = Instant(time_s, previous_s, self._all_views)
+        self.timers.start_frame()
+        with self._stage("sow"):
+            if self._world.follow(view.camera_ws):
+                self.ctx.finish()
+        with self._stage("draw"):
+            self._world.bind()
+            with self.timers.measure("move"):
+                self._world.move(instant)
+        self._previous = view, time_s
+        return instant
 
     def _views(self, camera: Camera) -> tuple[View, tuple[View, ...]]:
         """The camera's view and those of its shadow maps; the same objects while neither camera nor size change."""

@@ -18,7 +18,7 @@ def place(camera: Camera, heights: HeightField) -> tuple[npt.NDArray[np.float64]
     if camera.height_above_ground:
         position[1] += below
         target[1] += float(heights.height(target[0], target[2]))
-    if position[1] <= below:
+    if heights.there and position[1] <= below:
         raise InputError(
             f"camera.position_m: must be above the ground, which is {below:.2f} m high there "
             f"(got {position[1]:.2f} m); raise y, or set camera.height_above_ground = true"

@@ -1,7 +1,8 @@
-"""The scene once on the GPU: ground, field, winds; what a technique is given."""
+"""The scene once on the GPU: ground, field, winds, objects; what a technique is given."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -11,8 +12,10 @@ from greensward.culling import ChunkTable, Span, distance_to, shares_needed
 from greensward.gpu.view import View
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
-from greensward.motion import Postures
-from greensward.scene import Scene
+from greensward.motion import Colliders, Postures, Simulated, Winds
+from greensward.objects.helicopter import helicopters
+from greensward.objects.placing import Placing, Script
+from greensward.scene import InputError, Scene
 from greensward.sowing import Field, Page
 
 Floats = npt.NDArray[np.float64]
@@ -41,17 +44,31 @@ class Seen:
 
 
 class World:
-    """Ground, field and motion of a scene on one context."""
+    """Ground, field, objects and motion of a scene on one context."""
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene, heights: HeightField) -> None:
+    def __init__(
+        self, ctx: moderngl.Context, scene: Scene, heights: HeightField, scripts: Mapping[str, Script] | None = None
+    ) -> None:
         self.ctx = ctx
         self.scene = scene
         self.ground = GroundGpu(ctx, scene, heights)
+        flying, flights = helicopters(scene.wind, heights)
+        self.objects = scene.object + flying
+        """Those of the scene, and those that belong to its winds."""
+        self.placing = Placing(self.objects, heights, {**flights, **(scripts or {})})
+        self.placed = self.previously_placed = self.placing.at(0.0)
+        """World from own space of every object, now and a frame ago: float64 (objects, 4, 4)."""
         self.field = Field(ctx, scene, self.ground)
+        self._winds = Winds(ctx, scene, heights)
         self._motion = Postures(ctx, scene)
+        self._simulated = self._colliders = None
+        if scene.simulation:
+            self._colliders = Colliders(ctx, self.objects, self.placing.moving, scene.resolve)
+            self._simulated = Simulated(ctx, scene.simulation, self._colliders)
         self.chunks = ChunkTable(ctx)
         self._seen: dict[View, list[Seen]] = {}
-        self._moving: list[tuple[Page, Span]] = []
+        self._closed: list[tuple[Page, Span]] = []
+        self._remembering: list[tuple[Page, Span]] = []
         self.views: tuple[View, ...] = ()
         """The views that were culled for last."""
         # seed heads are long but thin
@@ -67,7 +84,11 @@ class World:
         """Sow the field around the camera if it strayed; returns whether it did."""
         if self._focus is not None and np.linalg.norm(camera_ws - self._focus) <= self._slack_m:
             return False
+        if self._simulated:
+            self._simulated.keep(self.field.pages)
         self.field.sow(camera_ws, self._slack_m)
+        if self._simulated:
+            self._simulated.restore(self.field.pages)
         self._focus = camera_ws.copy()
         self.views = ()
         return True
@@ -78,17 +99,32 @@ class World:
         self.field.block.bind()
 
     def move(self, instant: Instant) -> None:
-        """Cull for the instant's views if they changed, and take the postures that they need."""
-        if instant.views != self.views:
+        """Put objects in their places, cull for the instant's views if need be, and take the postures they need."""
+        self.placed = self.placing.at(instant.time_s)
+        self.previously_placed = self.placing.at(instant.previous_time_s)
+        self.field.carry(self.placed, instant.time_s)
+        carried = any(page.thing is not None and self.placing.moving[page.thing] for page in self.field.pages)
+        if instant.views != self.views or carried:
             self._cull(instant.views)
         self.chunks.bind(CHUNKS)
-        for page, span in self._moving:
+        self._winds.bind()
+        self._motion.bind()
+        for page, span in self._closed:
             self._motion.take(page, span, instant.time_s, instant.previous_time_s)
+        if self._simulated:
+            self._simulated.advance(
+                self._remembering, instant.time_s, instant.views[0].camera_ws, self.placing.at, self.field.tallest_m
+            )
+
+    @property
+    def blades_simulated(self) -> int:
+        """Blades whose state was carried on for the last instant."""
+        return sum(span.items for _, span in self._remembering)
 
     def _cull(self, views: tuple[View, ...]) -> None:
         sowing = self.scene.sowing
         self.views = views
-        self._seen, self._moving = {view: [] for view in views}, []
+        self._seen, self._closed, self._remembering = {view: [] for view in views}, [], []
         self.chunks.clear()
         for page in self.field.pages:
             tiles = page.tiles
@@ -102,7 +138,12 @@ class World:
                 if blades.count:
                     heads = self._heads(page, order[needed > 0], away, view)
                     self._seen[view].append(Seen(page, blades, heads))
-            self._moving.append((page, self._blades(page, order, eighths.max(axis=0))))
+            needed = eighths.max(axis=0)
+            if self.scene.simulation:
+                near = away[order] < self.scene.simulation.within_m
+                self._remembering.append((page, self._blades(page, order, np.where(near, 8, 0))))
+                needed = np.where(near, 0, needed)
+            self._closed.append((page, self._blades(page, order, needed)))
         self.chunks.cut()
 
     def _blades(self, page: Page, order: Indices, eighths: Indices) -> Span:
@@ -126,9 +167,28 @@ class World:
         """What the view may show, by page of the field."""
         return self._seen.get(view, ())
 
+    def saved(self) -> dict[str, npt.NDArray[Any]]:
+        """The memory of the grass, and where the field lies, as arrays. Empty where the scene has no simulation."""
+        if not self._simulated or self._focus is None:
+            return {}
+        return {**self._simulated.saved(self.field.pages), "focus": self._focus}
+
+    def resume(self, saved: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Continue from what `saved` returned. Raises `InputError` where it does not fit the scene."""
+        if not self._simulated:
+            return
+        if "focus" not in saved or saved["focus"].shape != (3,):
+            raise InputError("the checkpoint was made of a scene without simulation")
+        self._focus = None
+        self.follow(saved["focus"].astype(np.float64))
+        self._simulated.resume(self.field.pages, saved)
+
     def release(self) -> None:
         """Free the GPU resources."""
         self.chunks.release()
+        for part in (self._simulated, self._colliders, self._winds):
+            if part:
+                part.release()
         self._motion.release()
         self.field.release()
         self.ground.release()

@@ -31,16 +31,9 @@ def approximate_length(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray) -> np.nda
     return (2.0 * chord + legs) / 3.0
 
 
-def halved_length(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray) -> np.ndarray:
-    """The same formula for each half of the curve, by De Casteljau."""
-    a, b = (v0 + v1) / 2, (v1 + v2) / 2
-    middle = (a + b) / 2
-    return approximate_length(v0, a, middle) + approximate_length(middle, b, v2)
-
-
 def keep_length(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Control point and tip with both legs scaled to the length (Jahrmann & Wimmer 2017), measured in halves."""
-    ratio = (length / halved_length(v0, v1, v2))[:, None]
+    """Control point and tip with both legs scaled to the length (Jahrmann & Wimmer 2017)."""
+    ratio = (length / true_length(v0, v1, v2))[:, None]
     control = v0 + ratio * (v1 - v0)
     return control, control + ratio * (v2 - v1)
 

@@ -34,6 +34,15 @@ def lean(speed_mps: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
     return 1.25 * speed_mps**2 / (speed_mps**2 + half**2)
 
 
+def sag(root, tip, up, height, stiffness, pull) -> np.ndarray:
+    """How far weight moves the tip of a blade that does not grow upwards: (n, 3)."""
+    down = (pull * up).sum(1)[:, None]
+    h = height[:, None]
+    return (1 - 0.6 * stiffness)[:, None] * (
+        0.55 * h * (pull - down * up) + 0.6 * np.maximum(down, 0) * (h * up - (tip - root))
+    )
+
+
 def stand(
     root: np.ndarray,
     control: np.ndarray,
@@ -45,7 +54,9 @@ def stand(
     wind: np.ndarray,
     time_s: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Control points and tips (n, 3) of blades in a wind (n, 4) at a time."""
+    """Control points and tips (n, 3) of blades in a wind (n, 4) at a time, under gravity that pulls down."""
+    sunk = sag(root, tip, up, height, stiffness, np.broadcast_to([0.0, -1.0, 0.0], root.shape))
+    control, tip = control + 0.3 * sunk, tip + sunk
     speed = np.linalg.norm(wind[:, :3], axis=1)
     downwind = wind[:, :3] / np.maximum(speed, 1e-9)[:, None]
     crosswind = np.cross(up, downwind)
@@ -64,8 +75,8 @@ def stand(
         column(np.sin(at_tip)) * downwind - 0.8 * column(1 - np.cos(at_tip)) * up + column(aside_tip) * crosswind
     )
     v1 = control + 0.32 * column(height) * (column(np.sin(at_middle)) * downwind + column(aside_middle) * crosswind)
+    still = column(speed < 1e-4)
+    v1, v2 = np.where(still, control, v1), np.where(still, tip, v2)
     for v in (v1, v2):
         v += up * column(np.maximum(0.06 * height - ((v - root) * up).sum(1), 0.0))
-    v1, v2 = keep_length(root, v1, v2, height)
-    still = column(speed < 1e-4)
-    return np.where(still, control, v1), np.where(still, tip, v2)
+    return keep_length(root, v1, v2, height)

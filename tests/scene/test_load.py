@@ -85,7 +85,8 @@ def test_every_preset_loads_and_has_a_title(name):
         (r'sowing.density_map = "\u0000"', "sowing.density_map: "),
         (
             "wind = [{kind = 'calm'}]",
-            'wind[0].kind: must be one of gusts, strong, helicopter, random, waves, blast, whirl, texture (got "calm")',
+            "wind[0].kind: must be one of gusts, strong, helicopter, random, waves, blast, whirl, texture"
+            ' (got "calm")',
         ),
         ("object = [{kind = 'box', position_m = [1]}]", "object[0].position_m: must hold 3 values (got 1)"),
         ("camera = {near_m = 10, far_m = 1}", "camera: far_m must be above near_m"),

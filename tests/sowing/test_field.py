@@ -10,7 +10,8 @@ from greensward.ground import HeightField
 from greensward.ground.noise import octaves
 from greensward.scene import InputError
 from greensward.sowing import field as field_module
-from greensward.sowing.field import _pages
+from greensward.sowing import sower as sower_module
+from greensward.sowing.pages import page_numbers
 from greensward.sowing.species import leaf_edge_m
 from oracles import bezier, sowing
 from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
@@ -340,7 +341,7 @@ def test_heads_are_marked_and_listed(sow):
 @pytest.mark.parametrize("free_gib", [1, 1000])
 def test_a_hundred_million_blades_are_refused_before_anything_is_allocated(sow, monkeypatch, free_gib):
     monkeypatch.setattr(field_module, "available_bytes", lambda _: free_gib << 30)
-    monkeypatch.setattr(field_module, "Page", None)
+    monkeypatch.setattr(sower_module, "Page", None)
     density = 4000.0 if free_gib == 1 else 8000.0
     scene = small_scene(sowing={"density_per_m2": density, "full_density_m": 90.0, "reach_m": 90.0})
     with pytest.raises(InputError) as refused:
@@ -381,7 +382,7 @@ def test_a_refusal_leaves_an_empty_field_that_can_be_sown(sow, monkeypatch):
     ],
 )
 def test_pages_hold_no_more_than_fits(counts, limit, expected):
-    assert _pages(np.array(counts, np.int64), limit).tolist() == expected
+    assert page_numbers(np.array(counts, np.int64), limit).tolist() == expected
 
 
 def _limited(monkeypatch, ctx, blades: int) -> None:

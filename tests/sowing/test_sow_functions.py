@@ -93,7 +93,7 @@ def test_species_are_picked_by_weight(ctx):
     got = shader_call(
         ctx,
         _SOW,
-        "pickSpecies(vec2(0.0), c)",
+        "pickSpecies(vec3(0.0), vec3(0.0, 1.0, 0.0), c)",
         {"c": chance},
         "int",
         blocks={SWARD_BLOCK: {"species": rows, "count": 3, "drift_m": 1.0}},

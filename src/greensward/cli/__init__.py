@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from greensward import __version__
+from greensward.cli.animate import animate
 from greensward.cli.check import check
 from greensward.cli.info import info
 from greensward.cli.new import new
@@ -29,7 +30,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=EXAMPLES,
 )
-for command in (render, scenes, new, check, info):
+for command in (render, animate, scenes, new, check, info):
     app.command(epilog=getattr(sys.modules[command.__module__], "EXAMPLES", None))(command)
 
 

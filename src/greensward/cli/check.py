@@ -42,9 +42,13 @@ def _read(key: str, path: Path, table: Mapping[str, Any]) -> None:
     """Read a file that a scene names as drawing it would; raises `InputError`."""
     from pydantic import ValidationError
 
+    from greensward.io.meshes import read_mesh
     from greensward.io.rasters import read_heights, read_rgba
     from greensward.scene.ground import HeightMapGround
 
+    if key.startswith("object") and key.endswith(".file"):
+        read_mesh(path)
+        return
     if key != "ground.file":
         read_rgba(path)
         return

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from greensward.ground.noise import octaves
 from greensward.io.rasters import read_heights
-from greensward.scene import HeightMapGround, NoiseGround, Scene
+from greensward.scene import HeightMapGround, NoGround, NoiseGround, Scene
 
 Array = npt.NDArray[np.float64]
 
@@ -22,6 +22,8 @@ class HeightField:
 
     heights: npt.NDArray[np.float32]
     size_m: tuple[float, float]
+    there: bool = True
+    """False where there is no ground: height 0 is counted from, and nothing is hidden."""
 
     @classmethod
     def of(cls, scene: Scene) -> "HeightField":
@@ -35,7 +37,7 @@ class HeightField:
             heights = _noise(ground, scene.seed)
         else:
             heights = np.zeros((2, 2), np.float32)
-        return cls(heights, ground.size_m)
+        return cls(heights, ground.size_m, not isinstance(ground, NoGround))
 
     @cached_property
     def lowest_m(self) -> float:

@@ -1,5 +1,8 @@
-"""WHAT MOVES the blades: winds, and the posture that each blade takes in them."""
+"""WHAT MOVES the blades: winds, colliders, and the posture that each blade takes, from memory or in closed form."""
 
+from greensward.motion.colliders import Colliders
 from greensward.motion.postures import Postures
+from greensward.motion.simulation import Simulated
+from greensward.motion.winds import Winds
 
-__all__ = ["Postures"]
+__all__ = ["Colliders", "Postures", "Simulated", "Winds"]

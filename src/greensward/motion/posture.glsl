@@ -2,6 +2,7 @@
 #include "shaders/blade.glsl"
 #include "shaders/bezier.glsl"
 #include "motion/wind.glsl"
+#include "motion/forces.glsl"
 
 const float MOST_LEAN = 1.25;         // radians, in a storm
 const float HALF_LEAN_MPS = 7.0;      // speed at which a blade of middling stiffness leans half of that
@@ -13,20 +14,41 @@ float leanAt(float speed_mps, float stiffness) {
     return MOST_LEAN * pressure / (pressure + half_mps * half_mps);
 }
 
+// Never into the ground (Jahrmann & Wimmer 2017: v2 -= up * min(up . (v2 - v0), 0), with a little clearance), and as long
+// as it grew
+void keepOff(Blade b, vec3 v0, vec3 up, inout vec3 v1, inout vec3 v2) {
+    float clearance = 0.06 * b.height;
+    v2 += up * max(clearance - dot(v2 - v0, up), 0.0);
+    v1 += up * max(clearance - dot(v1 - v0, up), 0.0);
+    keepLength(v0, v1, v2, b.height);
+}
+
+// Weight against the stiffness of a blade that grows out of a wall or under a ceiling: it sags, or hangs straight.
+vec3 sag(Blade b, vec3 up, vec3 pull) {
+    float down = dot(pull, up);
+    vec3 tip = bladeTip(b) - bladeRoot(b), across = pull - down * up;
+    return (1.0 - 0.6 * b.stiffness) * (0.55 * b.height * across + 0.6 * max(down, 0.0) * (b.height * up - tip));
+}
+
 void standInWind(Blade b, float time_s, out vec3 v1, out vec3 v2) {
     vec3 v0 = bladeRoot(b), up = bladeUp(b);
-    v1 = bladeControl(b);
-    v2 = bladeTip(b);
-    vec4 wind = windAt(v0, time_s);
-    float speed = length(wind.xyz);
-    if (speed < 1e-4) return;
-    vec3 downwind = wind.xyz / speed, crosswind = cross(up, downwind);
+    vec3 sunk = sag(b, up, pullAt(v0));
+    v1 = bladeControl(b) + 0.3 * sunk;
+    v2 = bladeTip(b) + sunk;
+    Air air = windAt(v0, time_s);
+    vec3 velocity = air.wind.xyz + air.blast;
+    float speed = length(velocity);
+    if (speed < 1e-4) {
+        keepOff(b, v0, up, v1, v2);
+        return;
+    }
+    vec3 downwind = velocity / speed, crosswind = cross(up, downwind);
 
     // each blade bobs at its own pace, short ones faster; the phase runs up the blade
     float phase = 6.28318531 * bladeRandom(b);
     float pace = (2.2 + 2.6 * fract(7.31 * bladeRandom(b))) * inversesqrt(max(b.height, 0.02));
     float swing = pace * time_s + phase;
-    float flutter = wind.w * (1.0 - 0.7 * b.stiffness);
+    float flutter = air.wind.w * (1.0 - 0.7 * b.stiffness);
     vec2 bob = flutter * vec2(sin(swing), sin(swing + 0.9));          // x at the middle, y at the tip
     vec2 sway = 0.35 * flutter * vec2(sin(0.73 * swing + 1.3), sin(0.73 * swing + 2.2));
 
@@ -35,9 +57,16 @@ void standInWind(Blade b, float time_s, out vec3 v1, out vec3 v2) {
     v2 += b.height * (sin(tip) * downwind - (1.0 - cos(tip)) * up * 0.8 + swayTip * crosswind);
     v1 += 0.32 * b.height * (sin(middle) * downwind + swayMiddle * crosswind);
 
-    // never into the ground (Jahrmann & Wimmer 2017: v2 -= up * min(up . (v2 - v0), 0), with a little clearance)
-    float clearance = 0.06 * b.height;
-    v2 += up * max(clearance - dot(v2 - v0, up), 0.0);
-    v1 += up * max(clearance - dot(v1 - v0, up), 0.0);
-    keepLength(v0, v1, v2, b.height);
+    keepOff(b, v0, up, v1, v2);
+}
+
+// How a blade stands that nothing has moved before: in the form of the scene's simulation, without its memory
+void stand(Blade b, float time_s, out vec3 v1, out vec3 v2) {
+    if (motion.form == NATURAL) {
+        standInWind(b, time_s, v1, v2);
+        return;
+    }
+    balance(b, windAt(bladeRoot(b), time_s), v1, v2);
+    v1 += bladeRoot(b);
+    v2 += bladeRoot(b);
 }

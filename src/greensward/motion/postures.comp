@@ -1,4 +1,4 @@
-// Writes the posture of every blade that some view of this frame needs, now and one frame ago.
+// Writes the posture in closed form of every blade that some view of this frame needs, now and one frame ago.
 #include "motion/posture.glsl"
 
 layout(local_size_x = 32) in;
@@ -14,7 +14,7 @@ uniform float timePrevious;
 
 uint[3] posture(Blade b, float time_s) {
     vec3 v1, v2;
-    standInWind(b, time_s, v1, v2);
+    stand(b, time_s, v1, v2);
     return packPosture(v1 - bladeRoot(b), v2 - bladeRoot(b));
 }
 

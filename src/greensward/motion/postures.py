@@ -1,29 +1,59 @@
-"""Postures of all blades that a frame needs, computed once and shared by every view and sample."""
+"""Postures: all of a blade's motion that a frame needs, computed once and shared by every view and sample."""
+
+from typing import get_args
 
 import moderngl
 
 from greensward.culling import Span
-from greensward.gpu.blocks import BlockBuffer
+from greensward.gpu.blocks import BlockBuffer, declare
 from greensward.gpu.program import build_compute
-from greensward.motion.winds import WINDS_BLOCK, wind_values
-from greensward.scene import Scene
+from greensward.scene import Scene, Simulation
 from greensward.sowing import Page
+
+MOTION_BLOCK = declare(
+    "Motion",
+    7,
+    ("centre", "vec4"),  # of gravity; how much of it pulls there rather than down
+    ("gravity_mps2", "float"),
+    ("forward", "float"),
+    ("recovery_hz", "float"),
+    ("rise_s", "float"),
+    ("step_s", "float"),
+    ("within_m", "float"),
+    ("form", "int"),
+)
+FORMS: tuple[str, ...] = get_args(Simulation.model_fields["form"].annotation)
+
+
+def motion_values(settings: Simulation | None) -> dict[str, object]:
+    """Members of the `Motion` block."""
+    settings = settings or Simulation()
+    kept = ("gravity_mps2", "forward", "recovery_hz", "rise_s", "step_s", "within_m")
+    centre = settings.gravity_centre_m
+    return {
+        **{name: getattr(settings, name) for name in kept},
+        "centre": (*centre, settings.gravity_towards) if centre else (0.0, 0.0, 0.0, 0.0),
+        "form": FORMS.index(settings.form),
+    }
 
 
 class Postures:
-    """The closed-form motion of the field in the scene's winds."""
+    """The closed-form motion of the field in the scene's winds, which must be bound."""
 
     def __init__(self, ctx: moderngl.Context, scene: Scene) -> None:
         self._ctx = ctx
-        self._block = BlockBuffer(ctx, WINDS_BLOCK)
-        self._block.set(**wind_values(scene.wind, scene.seed))  # type: ignore[arg-type]
+        self._block = BlockBuffer(ctx, MOTION_BLOCK)
+        self._block.set(**motion_values(scene.simulation))  # type: ignore[arg-type]
         self._shader = build_compute(ctx, "motion/postures.comp")
+
+    def bind(self) -> None:
+        """Bind what every shader of motion reads besides the winds."""
+        self._block.bind()
 
     def take(self, page: Page, span: Span, time_s: float, previous_time_s: float) -> None:
         """Write the postures of these chunks of a page at two instants. The chunk table is bound to 2."""
         if not span.count:
             return
-        self._block.bind()
         page.blades.bind_to_storage_buffer(0)
         page.postures.bind_to_storage_buffer(1)
         self._shader["firstChunk"] = span.first

@@ -64,6 +64,8 @@ class Helicopter(Model):
     """How fast the rings run outwards."""
     interval_m: Length = 0.6
     """Distance over which the phase of the rings grows by one radian."""
+    steadiness: Number = Field(0.5, ge=0, le=1)
+    """0 blows out and in with the rings; from ½ on only outwards; 1 has no rings."""
     drawn: Flag = True
     """Whether the helicopter itself is seen."""
 

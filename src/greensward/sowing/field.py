@@ -1,8 +1,4 @@
-"""The Field: blades on the GPU, in tiles that grow with distance, 64 bytes a blade."""
-
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+"""The Field: blades on the GPU, in tiles of those that lie near each other, 64 bytes a blade."""
 
 import moderngl
 import numpy as np
@@ -10,110 +6,97 @@ import numpy.typing as npt
 
 from greensward.gpu.blocks import BlockBuffer
 from greensward.gpu.memory import available_bytes
-from greensward.gpu.program import build_compute
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.scene import InputError, Scene
+from greensward.sowing.carrying import Carrying
+from greensward.sowing.pages import BLADE_BYTES, POSTURE_BYTES, Floats, Page, Tiles
+from greensward.sowing.sower import TILE, Sower, Table
 from greensward.sowing.species import SWARD_BLOCK, leaf_edge_m, sward_values
+from greensward.sowing.surfaces import sow_surface, surfaces_of
 
-BLADE_BYTES, POSTURE_BYTES = 64, 24
-_MARK_BYTES = 16  # of 32 candidates
+__all__ = ["Field", "Page", "Tiles"]
+
 MOST_BLADES = (1 << 27) - 2  # an id has 27 bits
-_TILE = np.dtype([("x", "i4"), ("z", "i4"), ("level", "i4"), ("candidates", "u4")])
-_COUNT = np.dtype([("up_to", "u4", 8), ("heads", "u4"), ("start", "u4"), ("head_start", "u4"), ("first_word", "u4")])
-Floats = npt.NDArray[np.float64]
-Table = npt.NDArray[np.void]
-
-
-@dataclass(frozen=True)
-class Tiles:
-    """Squares of ground, one row each: bounds in metres, where their blades lie, how many by rank."""
-
-    low: Floats  # (n, 3)
-    high: Floats  # (n, 3)
-    kept: Floats  # (n,) part of the blades that was sown
-    start: npt.NDArray[np.int64]  # (n,) first blade within the page
-    up_to: npt.NDArray[np.int64]  # (n, 8) blades whose rank is in the first 1/8, 2/8, … of `kept`
-    head_start: npt.NDArray[np.int64]
-    heads: npt.NDArray[np.int64]
-
-    @cached_property
-    def centre(self) -> Floats:
-        """Middle of each box, (n, 3)."""
-        return 0.5 * (self.low + self.high)
-
-    @cached_property
-    def half(self) -> Floats:
-        """Half the extent of each box, (n, 3)."""
-        return 0.5 * (self.high - self.low)
-
-
-class Page:
-    """Blades that fit into one storage block of the driver, with their tiles."""
-
-    def __init__(self, ctx: moderngl.Context, tiles: Tiles, first_id: int) -> None:
-        self.tiles = tiles
-        self.first_id = first_id
-        self.count = int(tiles.up_to[:, 7].sum())
-        self.head_count = int(tiles.heads.sum())
-        self.blades = ctx.buffer(reserve=self.count * BLADE_BYTES)
-        self.postures = ctx.buffer(reserve=self.count * POSTURE_BYTES)
-        self.heads = ctx.buffer(reserve=max(self.head_count, 1) * 4)
-
-    def release(self) -> None:
-        """Free the GPU memory."""
-        for buffer in (self.blades, self.postures, self.heads):
-            buffer.release()
 
 
 class Field:
-    """All blades within reach of a focus, thinned with distance from it; any prefix of a tile is a fair sample."""
+    """All blades within reach of a focus, thinned with distance from it, and those of all objects.
+
+    Any prefix of a tile is a fair sample of it.
+    """
 
     def __init__(self, ctx: moderngl.Context, scene: Scene, ground: GroundGpu) -> None:
         self._ctx = ctx
         self._scene = scene
         self._ground = ground
-        self.pages: list[Page] = []
-        self.count = 0
+        self._on_things: list[Page] = []
+        self._on_ground: list[Page] = []
+        self._surfaces = surfaces_of(scene)
         values = sward_values(scene)
         self._species_count = values["count"]
         self.canopy_m = float(values["canopy_m"])  # type: ignore[arg-type]
-        self.tallest_m = max((grass.height_m[1] for grass in scene.grass), default=0.0) * 1.7
+        grown = max((factor for _, factor in scene.growth.height), default=1.0) if scene.growth else 1.0
+        self.tallest_m = max((grass.height_m[1] for grass in scene.grass), default=0.0) * 1.7 * max(grown, 1.0)
         self.block = BlockBuffer(ctx, SWARD_BLOCK)
         self.block.set(**values)  # type: ignore[arg-type]
         # a technique may keep records of its own for each blade, up to twice as large
         self._page_blades = min(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"], 1 << 30) // (2 * BLADE_BYTES)
-        self._marker = build_compute(ctx, "sowing/sow.comp")
-        self._tally = build_compute(ctx, "sowing/tally.comp")
-        self._placer = build_compute(ctx, "sowing/sow.comp", {"PLACE": 1})
+        self._sower = Sower(ctx, "sowing/sow.comp", self._page_blades)
+        self._carrying = Carrying(ctx, scene) if scene.growth or self._surfaces else None
+
+    @property
+    def pages(self) -> list[Page]:
+        """Those of objects, which stay, and then those of the ground."""
+        return self._on_things + self._on_ground
+
+    @property
+    def count(self) -> int:
+        """How many blades there are."""
+        return sum(page.count for page in self.pages)
 
     def sow(self, focus_ws: npt.ArrayLike, slack_m: float) -> None:
-        """Sow anew around a focus, good for cameras up to `slack_m` from it.
+        """Sow the ground anew around a focus, good for cameras up to `slack_m` from it; objects the first time only.
 
         Raises `InputError` where the device's memory cannot hold the blades.
         """
         focus = np.asarray(focus_ws, np.float64)
         self._forget()
         tiles = self._tiles(focus, slack_m)
-        if not len(tiles):
-            return
         self._refuse_too_many(int(tiles["candidates"].sum()))
         self._ground.bind()
         self.block.bind()
-        counts, marks = self._count(tiles, focus, slack_m)
-        grown = np.flatnonzero(counts["up_to"][:, 7])
-        tiles, counts = tiles[grown], counts[grown]
-        page_of = _pages(counts["up_to"][:, 7].astype(np.int64), self._page_blades)
-        for page in range(int(page_of.max(initial=-1)) + 1):
-            here = page_of == page
-            self._place(tiles[here], counts[here], marks, focus, slack_m)
-        marks.release()
+        self._sow_surfaces()
+        if not len(tiles):
+            return
+        *boxes, kept = self._bounds(tiles)
+        uniforms, first_id = {"focus": (*focus, slack_m)}, self.count + 1
+        growing = self._scene.growth is not None
+        self._on_ground = self._sower.sow(tiles, (boxes[0], boxes[1]), kept, uniforms, first_id, carried=growing)
+
+    def _sow_surfaces(self) -> None:
+        if not self._surfaces:
+            return
+        sower = Sower(self._ctx, "sowing/surface.comp", self._page_blades)
+        while self._surfaces:
+            surface, first_id = self._surfaces.pop(0), self.count + 1
+            self._on_things += sow_surface(self._ctx, sower, surface, self._page_blades, self.tallest_m, first_id)
+        sower.release()
+
+    def carry(self, placed: Floats, time_s: float) -> None:
+        """Bring blades to where their objects are and to their age at a time; once per frame.
+
+        `placed` is the rigid matrix of every object of the scene, world from own space, float64 (n, 4, 4).
+        Does nothing where nothing has changed.
+        """
+        if self._carrying:
+            self._carrying.carry(self.pages, placed, time_s)
 
     def _tiles(self, focus: Floats, slack_m: float) -> Table:
         """Tiles that touch the reach: small ones near the focus, each level twice the size of the last."""
         scene, sowing = self._scene, self._scene.sowing
         density, reach = sowing.density_per_m2, sowing.reach_m + slack_m
-        if density <= 0 or not self._species_count:
-            return np.zeros(0, _TILE)
+        if density <= 0 or not self._species_count or scene.ground.kind == "none":
+            return np.zeros(0, TILE)
         leaf = leaf_edge_m(density)
         level = max(0, int(np.ceil(np.log2(2.0 * reach / leaf))))
         size = leaf * 2.0**level
@@ -134,7 +117,7 @@ class Field:
             split = ((away < 3.0 * size) | (density * size * size * kept > self._page_blades)) & (level > 0)
             whole = ~split
             kept = kept[whole]
-            tiles = np.zeros(int(whole.sum()), _TILE)
+            tiles = np.zeros(int(whole.sum()), TILE)
             tiles["x"], tiles["z"], tiles["level"] = xz[whole, 0], xz[whole, 1], level
             tiles["candidates"] = np.minimum(np.ceil(density * size * size * kept), 0xFFFFFFFF)
             found.append(tiles)
@@ -146,65 +129,27 @@ class Field:
             size *= 0.5
 
     def _refuse_too_many(self, candidates: int) -> None:
-        blades = candidates * self._ground.mean_density
-        needed, free = blades * (BLADE_BYTES + POSTURE_BYTES), available_bytes(self._ctx)
+        ground, things = candidates * self._ground.mean_density, sum(each.blades() for each in self._surfaces)
+        blades = ground + things
+        grown = BLADE_BYTES if self._scene.growth else 0
+        needed = blades * (BLADE_BYTES + POSTURE_BYTES) + ground * grown + things * BLADE_BYTES
+        free = available_bytes(self._ctx)
         cure = "lower sowing.density_per_m2, sowing.full_density_m or sowing.reach_m"
+        if things > ground:
+            cure = "lower the density_per_m2 of the grass on objects"
         if needed > free:
             raise InputError(
                 f"sowing: about {blades / 1e6:,.0f} million blades need {needed / 2**30:,.1f} GiB, "
                 f"and this device can give {free / 2**30:,.1f} GiB; {cure}"
             )
+        blades += self.count
         if blades > MOST_BLADES:
             raise InputError(
                 f"sowing: must be at most {MOST_BLADES / 1e6:,.0f} million blades "
                 f"(got about {blades / 1e6:,.0f} million); {cure}"
             )
 
-    def _count(self, tiles: Table, focus: Floats, slack_m: float) -> tuple[Table, moderngl.Buffer]:
-        """What grows of each tile, and the marks of the candidates that do."""
-        words = -(-tiles["candidates"].astype(np.int64) // 32)
-        counts = np.zeros(len(tiles), _COUNT)
-        counts["first_word"] = _starts(words)
-        marks = self._ctx.buffer(reserve=int(words.sum()) * _MARK_BYTES)
-        marks.clear()
-        tile_buffer, count_buffer = self._bind(tiles, counts, marks)
-        self._run(self._marker, len(tiles), focus, slack_m)
-        self._tally["tileCount"] = len(tiles)
-        self._tally.run(-(-len(tiles) // 64))
-        self._ctx.memory_barrier()
-        counts = np.frombuffer(count_buffer.read(), _COUNT).copy()
-        counts["up_to"] = np.maximum.accumulate(counts["up_to"], axis=1)
-        tile_buffer.release()
-        count_buffer.release()
-        return counts, marks
-
-    def _place(self, tiles: Table, counts: Table, marks: moderngl.Buffer, focus: Floats, slack_m: float) -> None:
-        counts["start"] = _starts(counts["up_to"][:, 7])
-        counts["head_start"] = _starts(counts["heads"])
-        page = Page(self._ctx, self._bounds(tiles, counts), self.count + 1)
-        self.pages.append(page)
-        self.count += page.count
-        tile_buffer, count_buffer = self._bind(tiles, counts, marks)
-        page.blades.bind_to_storage_buffer(3)
-        page.heads.bind_to_storage_buffer(4)
-        self._run(self._placer, len(tiles), focus, slack_m)
-        tile_buffer.release()
-        count_buffer.release()
-
-    def _bind(self, tiles: Table, counts: Table, marks: moderngl.Buffer) -> tuple[moderngl.Buffer, moderngl.Buffer]:
-        buffers = self._ctx.buffer(tiles.tobytes()), self._ctx.buffer(counts.tobytes())
-        for binding, buffer in enumerate((*buffers, marks)):
-            buffer.bind_to_storage_buffer(binding)
-        return buffers
-
-    def _run(self, shader: moderngl.ComputeShader, tiles: int, focus: Floats, slack_m: float) -> None:
-        shader["focus"] = (*focus, slack_m)
-        for first in range(0, tiles, 32768):
-            shader["firstTile"] = first
-            shader.run(min(32768, tiles - first))
-        self._ctx.memory_barrier()
-
-    def _bounds(self, tiles: Table, counts: Table) -> Tiles:
+    def _bounds(self, tiles: Table) -> tuple[Floats, Floats, Floats]:
         sowing = self._scene.sowing
         size = leaf_edge_m(sowing.density_per_m2) * 2.0 ** tiles["level"]
         x0, z0 = tiles["x"] * size, tiles["z"] * size
@@ -218,48 +163,25 @@ class Field:
         low[:, 2], high[:, 2] = z0 - margin, z0 + size + margin
         low[:, 1] -= self.tallest_m
         high[:, 1] += self.tallest_m
-        return Tiles(
-            low,
-            high,
-            tiles["candidates"] / (sowing.density_per_m2 * size * size),
-            counts["start"].astype(np.int64),
-            counts["up_to"].astype(np.int64),
-            counts["head_start"].astype(np.int64),
-            counts["heads"].astype(np.int64),
-        )
+        return low, high, tiles["candidates"] / (sowing.density_per_m2 * size * size)
 
     @property
     def nbytes(self) -> int:
         """GPU memory of the blades and their postures in bytes."""
-        return sum(p.blades.size + p.postures.size + p.heads.size for p in self.pages)
+        return sum(page.nbytes for page in self.pages)
 
     def _forget(self) -> None:
-        for page in self.pages:
+        for page in self._on_ground:
             page.release()
-        self.pages, self.count = [], 0
+        self._on_ground = []
 
     def release(self) -> None:
         """Free the GPU memory."""
         self._forget()
+        for page in self._on_things:
+            page.release()
+        self._on_things = []
         self.block.release()
-        self._marker.release()
-        self._tally.release()
-        self._placer.release()
-
-
-def _starts(counts: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
-    starts: npt.NDArray[np.int64] = np.cumsum(counts, dtype=np.int64) - counts
-    return starts
-
-
-def _pages(counts: npt.NDArray[np.int64], limit: int) -> npt.NDArray[np.int64]:
-    """Number the page of each tile, in order, so that no page holds more than `limit` blades."""
-    pages = np.zeros(len(counts), np.int64)
-    ends = np.cumsum(counts)
-    first, page = 0, 0
-    while first < len(counts):
-        before = ends[first - 1] if first else 0
-        last = max(int(np.searchsorted(ends, before + limit, side="right")), first + 1)
-        pages[first:last] = page
-        first, page = last, page + 1
-    return pages
+        self._sower.release()
+        if self._carrying:
+            self._carrying.release()

@@ -20,13 +20,34 @@ struct Sward {
 
 float driftAt(vec2 xz, uint salt) { return octaves(xz / sward.drift_m, sward.seed + salt, 3, 0.6, 2.7); }
 
+// On a surface that faces this way, which may be any: the drifts of the three planes, blended, so that none streaks.
+float driftOn(vec3 at, vec3 facing, uint salt) {
+    if (facing.y == 1.0) return driftAt(at.xz, salt);
+    vec3 weight = facing * facing;
+    weight *= weight;
+    weight /= weight.x + weight.y + weight.z;
+    float sum = 0.0;
+    if (weight.x > 0.01) sum += weight.x * driftAt(at.zy, salt);
+    if (weight.y > 0.01) sum += weight.y * driftAt(at.xz, salt);
+    if (weight.z > 0.01) sum += weight.z * driftAt(at.xy, salt);
+    return sum;
+}
+
+// Without maps
+Sward swardOn(vec3 at, vec3 facing) {
+    float dense = driftOn(at, facing, 7u), tall = driftOn(at, facing, 1013u), dry = driftOn(at * 0.6, facing, 2027u);
+    Sward s;
+    s.density = clamp(1.0 - sward.drift * (0.25 - 0.6 * dense), 0.0, 1.0);
+    s.height = 1.0 + 0.45 * sward.drift * tall;
+    s.dryness = clamp(0.5 + 0.9 * sward.drift * (dry + 0.3 * dense), 0.0, 1.0);
+    return s;
+}
+
 Sward swardAt(vec2 xz) {
     vec4 map = textureLod(densityMap, mapUv(xz), 0.0);
-    float dense = driftAt(xz, 7u), tall = driftAt(xz, 1013u), dry = driftAt(xz * 0.6, 2027u);
-    Sward s;
-    s.density = map.r * clamp(1.0 - sward.drift * (0.25 - 0.6 * dense), 0.0, 1.0);
-    s.height = map.b * (1.0 + 0.45 * sward.drift * tall);
-    s.dryness = clamp(0.5 + 0.9 * sward.drift * (dry + 0.3 * dense), 0.0, 1.0);
+    Sward s = swardOn(vec3(xz.x, 0.0, xz.y), vec3(0.0, 1.0, 0.0));
+    s.density *= map.r;
+    s.height *= map.b;
     bool outside = any(greaterThan(abs(xz), 0.5 * ground.size_m));
     if (ground.beyond == 1 && outside) s.density = 0.0;
     return s;
@@ -35,9 +56,9 @@ Sward swardAt(vec2 xz) {
 // Fewer blades grow towards the steepest slope that bears any
 float slopeShare(float normalY) { return clamp((normalY - sward.min_normal_y) / 0.04, 0.0, 1.0); }
 
-float speciesWeight(int index, vec2 xz) {
+float speciesWeight(int index, vec3 at, vec3 facing) {
     vec4 row = species(index, MIX);
-    return row.x * exp(5.0 * row.y * driftAt(xz, 4001u + 331u * uint(index)));
+    return row.x * exp(5.0 * row.y * driftOn(at, facing, 4001u + 331u * uint(index)));
 }
 
 // Cover-weighted mean colour of the upper blades, their transmittance in w
@@ -46,7 +67,7 @@ vec4 swardColour(vec2 xz, Sward s) {
     float total = 1e-6;
     for (int i = 0; i < sward.count; i++) {
         vec4 size = species(i, SIZE), root = species(i, ROOT);
-        float cover = speciesWeight(i, xz) * (size.x + size.y) * (size.z + size.w);
+        float cover = speciesWeight(i, vec3(xz.x, 0.0, xz.y), vec3(0.0, 1.0, 0.0)) * (size.x + size.y) * (size.z + size.w);
         float dry = mix(species(i, HABIT).z, species(i, HABIT).w, s.dryness);
         vec3 green = mix(root.rgb, species(i, TIP).rgb, 0.9);
         green = mix(green, species(i, HEAD).rgb, 0.5 * species(i, DRY).w);

@@ -4,10 +4,10 @@ void main() {}
 #include "shaders/noise.glsl"
 #include "shaders/surface.glsl"
 
-in vec3 position_ws;
 in vec3 local;
 in vec3 normal_ws;
-flat in vec4 colour;
+in vec4 colour;
+in vec4 previousClip;
 
 void main() {
     // weathering: streaks along the height, and blotches
@@ -21,7 +21,7 @@ void main() {
     s.roughness = colour.w;
     s.surfaceClass = CLASS_OBJECT;
     s.bladeId = 0u;
-    s.previousClip = view.previous_clip_from_world * vec4(position_ws, 1.0);
+    s.previousClip = previousClip;
     emitSurface(s);
 }
 #endif

@@ -2,22 +2,27 @@
 
 in vec3 corner;
 in vec3 normal;
-in vec4 row0;
-in vec4 row1;
-in vec4 row2;
+in vec4 tint;  // of the mesh, where w is 1
+in vec4 now0;
+in vec4 now1;
+in vec4 now2;
+in vec4 before0;
+in vec4 before1;
+in vec4 before2;
 in vec4 paint;
-in vec4 extent;
 
-out vec3 position_ws;
 out vec3 local;
 out vec3 normal_ws;
-flat out vec4 colour;
+out vec4 colour;
+out vec4 previousClip;
 
 void main() {
-    mat3 linear = transpose(mat3(row0.xyz, row1.xyz, row2.xyz));
-    position_ws = linear * corner + vec3(row0.w, row1.w, row2.w);
-    normal_ws = linear * (normal / (extent.xyz * extent.xyz));
-    local = corner * extent.xyz;
-    colour = paint;
+    vec4 own = vec4(corner, 1.0);
+    vec3 position_ws = vec3(dot(now0, own), dot(now1, own), dot(now2, own));
+    vec3 before_ws = vec3(dot(before0, own), dot(before1, own), dot(before2, own));
+    normal_ws = vec3(dot(now0.xyz, normal), dot(now1.xyz, normal), dot(now2.xyz, normal));
+    local = corner;
+    colour = vec4(mix(paint.rgb, tint.rgb, tint.w), paint.w);
+    previousClip = view.previous_clip_from_world * vec4(before_ws, 1.0);
     gl_Position = view.jittered_clip_from_world * vec4(position_ws, 1.0);
 }

@@ -19,6 +19,7 @@ class Terrain:
     """Draws the ground with the colour of soil, maps, and of the sward where blades end."""
 
     def __init__(self, ctx: moderngl.Context, world: World, shell: Shell | None) -> None:
+        self._there = world.ground.heights.there
         cell = min(world.ground.heights.cell_m())
         self._spacing = min(max(2.0 ** math.floor(math.log2(cell)), 0.25), 1.0)
         far = world.scene.camera.far_m
@@ -42,6 +43,8 @@ class Terrain:
 
     def draw(self, view: View) -> None:
         """Draw the surface: depth and ids; its colour and normal come later, where it is seen."""
+        if not self._there:
+            return
         full, rings = self._arrays[view.purpose]
         full.program["firstLevel"] = 0
         full.render(moderngl.TRIANGLES)
@@ -51,6 +54,8 @@ class Terrain:
 
     def paint(self, gbuffer: GBuffer) -> None:
         """Fill in colour and normal of the pixels that show ground."""
+        if not self._there:
+            return
         gbuffer.bind()
         self._material.run(gbuffer.colour, gbuffer.normal)
 

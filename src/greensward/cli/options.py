@@ -1,0 +1,131 @@
+"""What the commands that draw share: their options, how they read them, and how they show how far they are."""
+
+import contextlib
+import math
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+
+import typer
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from greensward.scene.scene import Scene
+
+LARGEST_SIDE = 16384
+
+
+def _size(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d{1,9})[x×X](\d{1,9})", text.strip())
+    size = (int(match[1]), int(match[2])) if match else (0, 0)
+    if not match or min(size) < 1 or max(size) > LARGEST_SIDE:
+        raise typer.BadParameter(
+            f"must be WIDTHxHEIGHT, such as 1280x720, each from 1 to {LARGEST_SIDE} (got {text})"
+        )
+    return size
+
+
+def finite(text: str) -> float:
+    """A finite number of seconds."""
+    with contextlib.suppress(ValueError):
+        if math.isfinite(value := float(text)):
+            return value
+    raise typer.BadParameter(f"must be a finite number of seconds (got {text})")
+
+
+def above_zero(highest: float, what: str) -> Callable[[str], float]:
+    """A parser of numbers above 0, up to a highest, of what they are."""
+
+    def parse(text: str) -> float:
+        with contextlib.suppress(ValueError):
+            if 0 < (value := float(text)) <= highest:
+                return value
+        raise typer.BadParameter(f"must be a number of {what} above 0, at most {highest:,.10g} (got {text})")
+
+    return parse
+
+
+def _whole(lowest: int, highest: int) -> Callable[[str], int]:
+    def parse(text: str) -> int:
+        if not re.fullmatch(r"[+-]?\d{1,18}", text) or not lowest <= int(text) <= highest:
+            raise typer.BadParameter(f"must be a whole number from {lowest} to {highest} (got {text})")
+        return int(text)
+
+    return parse
+
+
+def _device(text: str) -> str:
+    if not re.fullmatch(r"auto|cpu|\d{1,3}", text):
+        raise typer.BadParameter(f"must be auto, cpu, or the number of a GPU from 0 (got {text})")
+    return text
+
+
+SceneName: TypeAlias = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A preset's name, a TOML file or its folder.")
+]
+Size: TypeAlias = Annotated[Any, typer.Option(parser=_size, metavar="WIDTHxHEIGHT", help="Pixels of the picture.")]
+Samples: TypeAlias = Annotated[
+    Any, typer.Option(parser=_whole(1, 4096), metavar="N", help="Samples for each pixel: more, cleaner edges.")
+]
+Overrides: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change one key of the scene; may be repeated."),
+]
+Seed: TypeAlias = Annotated[
+    Any, typer.Option(parser=_whole(0, 2**32 - 1), metavar="N", help="Another field of the same kind.")
+]
+Technique: TypeAlias = Annotated[
+    str | None, typer.Option(metavar="NAME", help="How to draw the grass, as listed by `info`.")
+]
+View: TypeAlias = Annotated[
+    str | None,
+    typer.Option(metavar="VIEW", help="x,y,z:tx,ty,tz[:fov] in metres and degrees, or a TOML file with [camera]."),
+]
+Device: TypeAlias = Annotated[
+    str, typer.Option(parser=_device, metavar="auto|cpu|N", help="Where to draw: N is a GPU, from 0.")
+]
+AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print what was done as JSON.")]
+
+
+def load_scene(
+    name: str, overrides: Sequence[str] | None, seed: int | None, technique: str | None, camera: str | None
+) -> "Scene":
+    """The scene that the options ask for."""
+    from greensward.scene.load import load
+    from greensward.techniques import SETTINGS
+
+    return load(
+        name,
+        overrides=overrides or (),
+        seed=seed,
+        technique=technique,
+        camera=camera,
+        technique_settings=SETTINGS,
+    )
+
+
+def spare_what_is_read(scene: "Scene", output: object, is_written: "Callable[[Path], bool]") -> None:
+    """Raise `InputError` if a file that the scene reads would be written."""
+    from greensward.scene.errors import InputError
+    from greensward.scene.load import named_files
+
+    for key, path in named_files(scene):
+        if is_written(path.resolve()):
+            raise InputError(f"{output}: would overwrite what the scene reads as {key}; choose another name")
+
+
+@contextlib.contextmanager
+def progress() -> Iterator[Callable[[int, int], None]]:
+    """Tells how far the drawing is: a bar and the time left on a terminal, silence in a pipe."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    # a frame may take a minute, and the time left is judged by the last few
+    with Progress(console=Console(stderr=True), transient=True, speed_estimate_period=300) as bar:
+        task = bar.add_task("Drawing", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

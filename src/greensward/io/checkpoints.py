@@ -1,0 +1,58 @@
+"""Checkpoints: how the grass stood after a clip's last frame, and which clip that was, for the next to go on."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from greensward.io.rasters import write_npz
+from greensward.scene.errors import InputError
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """What a clip hands on to the next."""
+
+    start_s: float
+    """Frame 0 shows this instant."""
+    fps: float
+    """Frames a second."""
+    following: int
+    """Number of the frame that comes next; it shows `start_s + following / fps`."""
+    scene: str
+    """A hash of the scene."""
+    state: Mapping[str, npt.NDArray[Any]]
+    """As of `Renderer.checkpoint`."""
+
+
+def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
+    """Write a checkpoint as an `.npz` file."""
+    clip = {name: value for name, value in vars(checkpoint).items() if name != "state"}
+    write_npz(path, {**checkpoint.state, **{f"clip_{name}": value for name, value in clip.items()}})
+
+
+def read_checkpoint(path: Path) -> Checkpoint:
+    """Read a checkpoint. Raises `InputError` for a file that is none."""
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            state = {name: arrays[name] for name in arrays.files}
+        following = float(state.pop("clip_following"))
+        start_s, fps = float(state.pop("clip_start_s")), float(state.pop("clip_fps"))
+        scene = str(state.pop("clip_scene"))
+        if not (scene and 0 < fps <= 240 and math.isfinite(start_s) and following >= 1 and following.is_integer()):
+            raise ValueError
+        return Checkpoint(start_s, fps, int(following), scene, state)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or 'it is no .npz file'}") from None
+    except MemoryError:
+        raise
+    except Exception:  # a damaged archive raises nearly anything
+        raise InputError(
+            f"{path}: is damaged or no checkpoint; `greensward animate --checkpoint` writes one"
+        ) from None

@@ -1,0 +1,53 @@
+// Spheres and capsules that press blades down, listed by cells of a grid over x and z.
+#include "shaders/blade.glsl"
+#include "block/Motion"
+#include "block/Colliders"
+
+// Pairs: one end and the radius; the other end. All balls at the first step of a dispatch, all at the next, and so on.
+layout(std430, binding = 4) readonly buffer Balls { vec4 balls[]; };
+layout(std430, binding = 5) readonly buffer Cells { uint cells[]; };  // of each cell: how many, and which
+
+const int CELLS = 64;        // a side
+const uint CELL_WORDS = 32u;
+const uint TOO_MANY = 0xffffffffu;
+
+// From the axis of a ball to a point
+vec3 fromAxis(uint ball, vec3 p) {
+    vec3 a = balls[2u * ball].xyz, axis = balls[2u * ball + 1u].xyz - a;
+    float t = clamp(dot(p - a, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0);
+    return p - a - t * axis;
+}
+
+// Out of the ball, by how far a point inside it must move to its surface
+vec3 outOf(uint ball, vec3 p) {
+    vec3 from = fromAxis(ball, p);
+    float away = length(from);
+    return away > 1e-6 ? from * max(balls[2u * ball].w / away - 1.0, 0.0) : vec3(0.0, balls[2u * ball].w, 0.0);
+}
+
+// Jahrmann & Wimmer 2017: a tip inside moves to the nearest point of the surface; where the curve's middle,
+// v0 / 4 + v1 / 2 + v2 / 4, is inside, the tip moves four times as far as the middle must. Collision strength grows by
+// the square of the move, here in heights of the blade, so that small grass stays down like tall; in the natural form by
+// the move itself, which does not depend on how finely time is cut.
+bool collide(Blade b, int instant, vec3 root, vec3 control, inout vec3 tip, inout float pressed) {
+    if (colliders.count == 0) return false;
+    ivec2 cell = ivec2(floor((root.xz - colliders.low) * colliders.cells_per_m));
+    if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(CELLS)))) return false;
+    uint list = uint(cell.y * CELLS + cell.x) * CELL_WORDS, count = cells[list];
+    bool every = count == TOO_MANY, touched = false;
+    if (every) count = uint(colliders.count);
+    for (uint k = 0u; k < count; k++) {
+        uint ball = uint(instant * colliders.count) + (every ? k : cells[list + 1u + k]);
+        if (length(fromAxis(ball, root)) - balls[2u * ball].w > b.height) continue;
+        vec3 move = outOf(ball, root + tip);
+        vec3 middle = 0.5 * control + 0.25 * (tip + move);
+        move += 4.0 * outOf(ball, root + middle);
+        if (dot(move, move) == 0.0) continue;
+        move *= min(1.0, 2.0 * b.height / length(move));
+        tip += move;
+        float far = length(move) / b.height;
+        pressed = min(pressed + (motion.form == 0 ? far : far * far), 1.0);
+        touched = true;
+    }
+    return touched;
+}

@@ -1,0 +1,111 @@
+// Carries the state of every simulated blade on by fixed steps, in registers, and writes its posture.
+#include "motion/posture.glsl"
+#include "motion/state.glsl"
+#include "motion/colliders.glsl"
+
+layout(local_size_x = 32) in;
+
+layout(std430, binding = 0) readonly buffer Blades { Blade blades[]; };
+layout(std430, binding = 1) buffer Postures { Posture postures[]; };
+layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
+layout(std430, binding = 3) buffer States { State states[]; };
+
+uniform int firstChunk;
+uniform int chunkCount;
+uniform float timeStart;        // of the first step
+uniform int steps;
+uniform float rest;             // a part of a step that is shown and forgotten, s
+uniform int flags;              // 1: the first dispatch of a frame, 2: the last, 4: there are no postures yet
+uniform vec3 camera;
+uniform mat4 previousFromNow;   // of what the blades grow on
+uniform float moved;            // part of that motion in one step
+
+const float DAMPING = 0.35;
+
+// A damped spring about the posture that the wind asks for, in closed form over the step: stable whatever its length
+void swing(Blade b, vec3 target, float dt, inout vec3 tip, inout vec3 velocity) {
+    float pace = (2.2 + 2.6 * fract(7.31 * bladeRandom(b))) * inversesqrt(max(b.height, 0.02));
+    float w = 1.8 * pace * (0.7 + 0.6 * b.stiffness), d = w * sqrt(1.0 - DAMPING * DAMPING);
+    float fade = exp(-DAMPING * w * dt), c = cos(d * dt), s = sin(d * dt) / d;
+    vec3 x = tip - target, v = velocity;
+    tip = target + fade * (x * (c + DAMPING * w * s) + v * s);
+    velocity = fade * (v * (c - DAMPING * w * s) - x * w * w * s);
+}
+
+void stepNatural(Blade b, int instant, vec3 up, float time_s, float dt, inout State s, out vec3 control) {
+    vec3 root = bladeRoot(b), v1, v2, tip = stateTip(s), velocity = stateVelocity(s);
+    standInWind(b, time_s, v1, v2);
+    v1 -= root; v2 -= root;
+    // time goes slowly for what lies pressed: it stays down for a while, and then comes up
+    float free = 1.0 - s.pressed;
+    swing(b, v2, dt * max(free * free * free, 0.02), tip, velocity);
+    control = v1 + 0.5 * (tip - v2);
+    keepOff(b, vec3(0.0), up, control, tip);
+    // twice: the length may push it back in
+    for (int k = 0; k < 2 && collide(b, instant, root, control, tip, s.pressed); k++) {
+        velocity = vec3(0.0);
+        control = v1 + 0.5 * (tip - v2);
+        keepOff(b, vec3(0.0), up, control, tip);
+    }
+    setTip(s, tip);
+    setVelocity(s, velocity);
+}
+
+void stepPapers(Blade b, int instant, vec3 up, vec3 front, float time_s, float dt, inout State s, out vec3 control) {
+    vec3 root = bladeRoot(b), tip = stateTip(s);
+    vec3 force = push(b, windAt(root, time_s), tip, up, front, pullAt(root));
+    tip = relaxed(tip, b.height * up, force, recovery(b) * freedom(s.pressed), dt);
+    correctState(b, up, tip, control);
+    if (collide(b, instant, root, control, tip, s.pressed)) correctState(b, up, tip, control);
+    setTip(s, tip);
+}
+
+void stepOnce(Blade b, int instant, vec3 up, vec3 front, vec3 lag, float time_s, float dt, inout State s, out vec3 control) {
+    setTip(s, stateTip(s) - lag);
+    if (motion.form == NATURAL) stepNatural(b, instant, up, time_s, dt, s, control);
+    else stepPapers(b, instant, up, front, time_s, dt, s, control);
+    // collision strength falls by (1 - bend) * 0.5 * dt (Jahrmann & Wimmer 2017), 0.5 being 1 / rise_s
+    s.pressed = max(s.pressed - max(b.stiffness, 0.1) * dt / motion.rise_s, 0.0);
+}
+
+void main() {
+    uint chunk = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    if (chunk >= uint(chunkCount)) return;
+    uvec2 run = chunks[uint(firstChunk) + chunk];
+    if (gl_LocalInvocationID.x >= run.y) return;
+    uint i = run.x + gl_LocalInvocationID.x;
+    Blade b = blades[i];
+    vec3 root = bladeRoot(b), up = bladeUp(b), front, side, control;
+    bladeFrame(up, b.facing, front, side);
+    State s = states[i];
+    bool isNew = s.pressed < 0.0;
+    if (isNew) {
+        vec3 tip;
+        stand(b, timeStart, control, tip);
+        s = State(tip.x - root.x, tip.y - root.y, tip.z - root.z, 0.0, 0.0, 0.0, 0.0, 0.0);
+    }
+    vec3 lag = moved * (root - (previousFromNow * vec4(root, 1.0)).xyz);
+    lag *= min(1.0, 0.5 * b.height / max(length(lag), 1e-9));
+    control = vec3(0.0);
+    for (int k = 0; k < steps; k++)
+        stepOnce(b, min(k, colliders.instants - 1), up, front, lag, timeStart + float(k + 1) * motion.step_s, motion.step_s, s, control);
+    if (steps > 0 || isNew) states[i] = s;
+
+    uint[3] before = (flags & 1) != 0 ? postures[i].now : postures[i].previous;
+    if ((flags & 2) != 0) {
+        float now = timeStart + float(steps) * motion.step_s + rest;
+        stepOnce(b, colliders.instants - 1, up, front, lag * rest / motion.step_s, now, rest, s, control);
+        vec3 tip = stateTip(s);
+        float far = smoothstep(0.8, 1.0, distance(root, camera) / motion.within_m);
+        if (far > 0.0) {
+            vec3 v1, v2;
+            stand(b, now, v1, v2);
+            control = mix(control, v1 - root, far);
+            tip = mix(tip, v2 - root, far);
+            keepLength(vec3(0.0), control, tip, b.height);
+        }
+        postures[i].now = packPosture(control, tip);
+        if (isNew || (flags & 4) != 0) before = postures[i].now;
+    }
+    if (flags != 0) postures[i].previous = before;
+}

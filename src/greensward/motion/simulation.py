@@ -1,0 +1,170 @@
+"""The memory of blades: state that is carried on by fixed steps of time, on the GPU."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from greensward.culling import Span
+from greensward.gpu.program import build_compute
+from greensward.motion.colliders import MOST_INSTANTS, Colliders
+from greensward.scene import InputError, Simulation
+from greensward.sowing import Page
+
+STATE_BYTES, _ENTRY_BYTES = 32, 48
+_NEW = np.full(1, -1.0, np.float32).tobytes()  # a blade that is pressed by less than nothing has no state yet
+_MOST_STEPS = 30  # per dispatch, so that drivers do not take it for a hang
+_SHOWN_FIRST, _SHOWN_LAST, _FRESH = 1, 2, 4
+Floats = npt.NDArray[np.float64]
+
+
+class Simulated:
+    """State of the blades near the camera, by page. Chunk table, winds and motion block must be bound."""
+
+    def __init__(self, ctx: moderngl.Context, settings: Simulation, colliders: Colliders) -> None:
+        self._ctx = ctx
+        self._settings = settings
+        self._colliders = colliders
+        self._states: dict[Page, moderngl.Buffer] = {}
+        self._fresh: set[Page] = set()
+        self._steps: int | None = None
+        self._kept: tuple[moderngl.Buffer, moderngl.Buffer] | None = None
+        self._shader = build_compute(ctx, "motion/simulate.comp")
+        self._keep, self._restore = (
+            build_compute(ctx, "motion/keep.comp", {name: 1}) for name in ("KEEP", "RESTORE")
+        )
+
+    def advance(
+        self,
+        spans: Sequence[tuple[Page, Span]],
+        time_s: float,
+        camera_ws: Floats,
+        placed_at: Callable[[float], Floats],
+        tallest_m: float,
+    ) -> None:
+        """Carry these chunks of pages on to an instant and write their postures.
+
+        A first instant, one before the last, and one long after it find grass that has been moving for `settle_s`.
+        """
+        step = self._settings.step_s
+        target = int(np.floor(time_s / step + 1e-6))
+        settle = int(np.ceil(self._settings.settle_s / step))
+        if self._steps is None or target < self._steps or target - self._steps > max(settle, int(2.0 / step)):
+            self._steps = target - settle
+            self._forget()
+        first, rest = _SHOWN_FIRST, max(time_s - target * step, 0.0)
+        frame_steps = max(target - self._steps, 0)
+        while True:
+            count = min(target - self._steps, MOST_INSTANTS - 1 if self._colliders.moving else _MOST_STEPS)
+            last = _SHOWN_LAST if self._steps + count == target else 0
+            times = [(self._steps + k) * step for k in range(1, count + 1)] if self._colliders.moving else []
+            self._colliders.place(np.stack([placed_at(t) for t in (*times, time_s)]), tallest_m)
+            for page, span in spans:
+                self._dispatch(page, span, count, rest, first | last, camera_ws, frame_steps)
+            self._steps += count
+            first = 0
+            if last:
+                break
+        self._fresh.clear()
+
+    def _dispatch(
+        self, page: Page, span: Span, count: int, rest: float, flags: int, camera_ws: Floats, frame_steps: int
+    ) -> None:
+        if not span.count:
+            return
+        assert self._steps is not None
+        shader, state = self._shader, self._state(page)
+        self._colliders.bind()
+        page.blades.bind_to_storage_buffer(0)
+        page.postures.bind_to_storage_buffer(1)
+        state.bind_to_storage_buffer(3)
+        shader["firstChunk"], shader["chunkCount"] = span.first, span.count
+        shader["timeStart"] = self._steps * self._settings.step_s
+        shader["steps"], shader["rest"] = count, rest
+        shader["flags"] = flags | (_FRESH if page in self._fresh else 0)
+        shader["camera"] = tuple(camera_ws)
+        shader["previousFromNow"] = tuple(page.previous_from_now.T.ravel())
+        shader["moved"] = 1.0 / max(frame_steps, 1)
+        shader.run(*span.groups)
+        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    def _state(self, page: Page) -> moderngl.Buffer:
+        if page not in self._states:
+            buffer = self._ctx.buffer(reserve=page.count * STATE_BYTES)
+            buffer.clear(chunk=_NEW)
+            self._states[page] = buffer
+            self._fresh.add(page)
+        return self._states[page]
+
+    def _forget(self) -> None:
+        for page, buffer in self._states.items():
+            buffer.clear(chunk=_NEW)
+            self._fresh.add(page)
+
+    # A field that is sown anew -------------------------------------------------------------------------------
+
+    def keep(self, pages: Sequence[Page]) -> None:
+        """Keep the states of pages that are about to go, by the places of their blades' roots."""
+        held = [page for page in pages if page in self._states]
+        count = sum(page.count for page in held)
+        if not count:
+            return
+        slots = 1 << int(np.ceil(np.log2(2 * count)))
+        claims, entries = self._ctx.buffer(reserve=slots * 4), self._ctx.buffer(reserve=slots * _ENTRY_BYTES)
+        claims.clear()
+        self._kept = claims, entries
+        for page in held:
+            self._carry_over(self._keep, page)
+            self._states.pop(page).release()
+
+    def restore(self, pages: Sequence[Page]) -> None:
+        """Give blades that have been there before their states back."""
+        if self._kept is None:
+            return
+        for page in pages:
+            self._carry_over(self._restore, page)
+        for buffer in self._kept:
+            buffer.release()
+        self._kept = None
+
+    def _carry_over(self, shader: moderngl.ComputeShader, page: Page) -> None:
+        assert self._kept is not None
+        claims, entries = self._kept
+        page.blades.bind_to_storage_buffer(0)
+        self._state(page).bind_to_storage_buffer(3)
+        claims.bind_to_storage_buffer(6)
+        entries.bind_to_storage_buffer(7)
+        shader["bladeCount"] = page.count
+        shader["slots"] = claims.size // 4
+        groups = -(-page.count // 64)
+        shader.run(min(groups, 32768), -(-groups // 32768))
+        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    # Saved and continued -------------------------------------------------------------------------------------
+
+    def saved(self, pages: Sequence[Page]) -> dict[str, npt.NDArray[Any]]:
+        """Everything that the next step depends on, as arrays."""
+        found: dict[str, npt.NDArray[Any]] = {"steps": np.array(self._steps or 0, np.int64)}
+        for i, page in enumerate(pages):
+            found[f"state_{i}"] = np.frombuffer(self._state(page).read(), np.float32).reshape(-1, 8)
+            found[f"posture_{i}"] = np.frombuffer(page.postures.read(), np.uint32).reshape(-1, 6)
+        return found
+
+    def resume(self, pages: Sequence[Page], saved: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Continue from what `saved` returned; the same field must be sown. Raises `InputError` where it is not."""
+        for i, page in enumerate(pages):
+            state, posture = saved.get(f"state_{i}"), saved.get(f"posture_{i}")
+            if state is None or posture is None or len(state) != page.count or len(posture) != page.count:
+                raise InputError("the checkpoint was made of another field: use the same scene, seed and camera")
+        for i, page in enumerate(pages):
+            self._state(page).write(np.ascontiguousarray(saved[f"state_{i}"], np.float32))
+            page.postures.write(np.ascontiguousarray(saved[f"posture_{i}"], np.uint32))
+        self._steps = int(saved["steps"])
+        self._fresh.clear()
+
+    def release(self) -> None:
+        """Free the GPU resources."""
+        for part in (*self._states.values(), *(self._kept or ()), self._shader, self._keep, self._restore):
+            part.release()

@@ -1,0 +1,95 @@
+"""The surface of every kind of object in its own space: metres, y up, the origin at the centre of its base."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from greensward.io.meshes import TriMesh, read_mesh
+from greensward.scene import Box, Capsule, Cylinder, Mesh, Sphere
+
+Floats = npt.NDArray[np.float64]
+Thing = Box | Sphere | Cylinder | Capsule | Mesh
+_SIDES, _RINGS = 96, 48  # fine enough that no silhouette shows its corners
+
+
+def mesh_of(thing: Thing, resolve: Callable[[str], Path]) -> TriMesh:
+    """The surface of an object before it is turned and placed; the centre of its base is the origin.
+
+    `resolve` finds the files that the scene names. Raises `InputError` for a mesh that cannot be read.
+    """
+    match thing:
+        case Box():
+            return _box(np.array(thing.size_m))
+        case Sphere():
+            return _revolved(_ball(0.5, 1.0), np.array(thing.size_m))
+        case Cylinder():
+            return _revolved(_LIDDED, np.array(thing.size_m))
+        case Capsule():
+            # one that is shorter than thick is a ball
+            return _revolved(_ball(thing.radius_m, max(thing.length_m, 2.0 * thing.radius_m)), np.ones(3))
+        case Mesh():
+            mesh = read_mesh(resolve(thing.file))
+            low, high = mesh.bounds
+            base = np.array([0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])])
+            return replace(mesh, positions=(mesh.positions - base) * thing.scale)
+
+
+def _box(size_m: Floats) -> TriMesh:
+    """Six faces, each with a whole picture's texture coordinates."""
+    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    positions, normals = np.zeros((6, 4, 3)), np.zeros((6, 4, 3))
+    for face in range(6):
+        axis, sign = face // 2, 1.0 if face % 2 else -1.0
+        positions[face, :, axis], normals[face, :, axis] = 0.5 * sign, sign
+        # the other two axes in the order that turns counter-clockwise about the normal
+        first, second = (axis + 1) % 3, (axis + 2) % 3
+        positions[face][:, [first, second] if sign > 0 else [second, first]] = square
+    positions[..., 1] += 0.5
+    triangles = 4 * np.arange(6)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    uv = np.broadcast_to(square + 0.5, (6, 4, 2)).reshape(-1, 2).astype(np.float32)
+    return TriMesh(positions.reshape(-1, 3) * size_m, triangles.reshape(-1, 3), normals.reshape(-1, 3), uv=uv)
+
+
+# Profiles, from the base to the top: radius, height, and the normal's parts outward and up
+_LIDDED = np.array(
+    [[0, 0, 0, -1], [0.5, 0, 0, -1], [0.5, 0, 1, 0], [0.5, 1, 1, 0], [0.5, 1, 0, 1], [0, 1, 0, 1]], np.float64
+)
+
+
+def _ball(radius: float, length: float) -> Floats:
+    """Half a circle, its halves drawn apart until it is this long."""
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _RINGS + 1)
+    outward, up = np.cos(angle), np.sin(angle)
+    outward[[0, -1]] = 0.0
+    arc = np.stack([radius * outward, radius * (1.0 + up), outward, up], -1)
+    low, high = arc[: _RINGS // 2 + 1], arc[_RINGS // 2 :].copy()
+    high[:, 1] += length - 2.0 * radius
+    return np.concatenate([low, high if length > 2.0 * radius else high[1:]])
+
+
+def _revolved(profile: Floats, scale: Floats) -> TriMesh:
+    """A profile turned about y and scaled; u goes round it, v along the profile."""
+    turn = np.linspace(0.0, 2.0 * np.pi, _SIDES + 1)
+    turn[-1] = 0.0  # so that the seam is closed
+    ring = np.stack([np.cos(turn), np.ones_like(turn), np.sin(turn)], -1)
+    positions, normals = (profile[:, [k, k + 1, k]][:, None, :] * ring * by for k, by in ((0, scale), (2, 1 / scale)))
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(profile[:, :2], axis=0).T))])
+    uv = np.stack(np.meshgrid(1.0 - np.linspace(0, 1, _SIDES + 1), along / along[-1]), -1)
+    corner = np.arange(len(profile) * (_SIDES + 1)).reshape(len(profile), -1)
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    radius, height = profile[:, 0], profile[:, 1]
+    apart = (np.diff(radius) != 0.0) | (np.diff(height) != 0.0)
+    triangles = [
+        np.stack([a, b, c], -1)[apart & (radius[1:] > 0.0)],
+        np.stack([a, c, d], -1)[apart & (radius[:-1] > 0.0)],
+    ]
+    return TriMesh(
+        positions.reshape(-1, 3),
+        np.concatenate([each.reshape(-1, 3) for each in triangles]),
+        normals.reshape(-1, 3),
+        uv=uv.reshape(-1, 2).astype(np.float32),
+    )

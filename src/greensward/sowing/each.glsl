@@ -1,0 +1,33 @@
+// Runs grow() for every candidate of a tile. Without PLACE it marks those that grow; with PLACE, after tally.comp
+// counted them, it writes their blades in order, so that the same seed gives the same bytes.
+
+#ifdef PLACE
+layout(std430, binding = 3) writeonly buffer Blades { Blade blades[]; };
+layout(std430, binding = 4) writeonly buffer Heads { uint heads[]; };
+#endif
+
+uniform int firstTile;
+
+void main() {
+    uint slot = gl_WorkGroupID.x + uint(firstTile);
+    Tile tile = tiles[slot];
+    Count count = counts[slot];
+    for (uint j = gl_LocalInvocationID.x; j < tile.candidates; j += 64u) {
+        uint word = count.firstWord + (j >> 5u), bit = 1u << (j & 31u);
+        Blade blade;
+#ifdef PLACE
+        Mark mark = marks[word];
+        if ((mark.grows & bit) == 0u) continue;
+        // the two programs may round differently: one that only the other grows is left without height
+        if (!grow(tile, j, blade)) blade = Blade(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0u, 0, 0u, 0xffffu);
+        uint at = count.start + mark.start + uint(bitCount(mark.grows & (bit - 1u)));
+        blades[at] = blade;
+        if ((mark.heads & bit) != 0u)
+            heads[count.headStart + mark.headStart + uint(bitCount(mark.heads & (bit - 1u)))] = at;
+#else
+        if (!grow(tile, j, blade)) continue;
+        atomicOr(marks[word].grows, bit);
+        if ((blade.look & 16u) != 0u) atomicOr(marks[word].heads, bit);
+#endif
+    }
+}

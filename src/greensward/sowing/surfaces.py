@@ -1,0 +1,165 @@
+"""Grass on objects: their triangles, cut and grouped into tiles of blades that lie near each other."""
+
+from dataclasses import dataclass, replace
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from greensward.io.rasters import read_rgba
+from greensward.objects import TriMesh, mesh_of
+from greensward.scene import Fur, InputError, Scene
+from greensward.sowing.pages import Floats, Indices, Page, page_numbers
+from greensward.sowing.sower import TILE, Sower, Table
+
+_TILE_BLADES, _TILE_TRIANGLES = 4096, 1 << 17  # at most
+_TRIANGLE = np.dtype([("corners", "u4", 3), ("end", "f4")])
+_TRIANGLE_BYTES = 3 * 9 * 4  # with corners of its own
+_FUR_UNIT = 5
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The triangles of an object that bears grass, in its own space."""
+
+    thing: int
+    """Index of the object in the scene."""
+    corners: Floats
+    """(n, 9): position, density from 0 to 1, normal, texture coordinates."""
+    triangles: Indices
+    """(m, 3)."""
+    density_per_m2: float
+    picture: npt.NDArray[np.uint8]
+    """Density laid out by the texture coordinates, (rows, columns, 4)."""
+
+    @property
+    def areas(self) -> Floats:
+        """Area of each triangle, (m,)."""
+        a, b, c = (self.corners[self.triangles[:, k], :3] for k in range(3))
+        area: Floats = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        return area
+
+    def blades(self) -> float:
+        """About how many blades grow on it."""
+        areas = self.areas
+        dense = (self.corners[self.triangles, 3].mean(axis=1) * areas).sum() / max(areas.sum(), 1e-300)
+        # where hardly any grows, trying still takes memory
+        return float(areas.sum() * self.density_per_m2 * max(dense * self.picture[..., 0].mean() / 255.0, 1 / 16))
+
+
+def surfaces_of(scene: Scene) -> list[Surface]:
+    """The surfaces of the scene's objects that bear grass. Raises `InputError` for what cannot be read or used."""
+    if not any(grass.share > 0 for grass in scene.grass):
+        return []
+    return [
+        _surface(scene, number, mesh_of(thing, scene.resolve), thing.grass)
+        for number, thing in enumerate(scene.object)
+        if thing.grass and thing.grass.density_per_m2 > 0
+    ]
+
+
+def _surface(scene: Scene, number: int, mesh: TriMesh, fur: Fur) -> Surface:
+    place = f"object[{number}].grass"
+    corners = np.zeros((len(mesh.positions), 9))
+    corners[:, :3], corners[:, 3], corners[:, 4:7] = mesh.positions, 1.0, mesh.normals
+    picture = np.full((1, 1, 4), 255, np.uint8)
+    if fur.density_from == "colours":
+        if mesh.colours is None:
+            raise InputError(f'{place}.density_from: the object has no vertex colours; use "everywhere"')
+        corners[:, 3] = mesh.colours[:, 0]
+    if fur.density_map:
+        if mesh.uv is None:
+            raise InputError(f"{place}.density_map: the mesh has no texture coordinates to lay the picture out by")
+        picture = read_rgba(scene.resolve(fur.density_map))
+    if mesh.uv is not None:
+        corners[:, 7:] = mesh.uv
+    return Surface(number, corners, mesh.triangles, fur.density_per_m2, picture)
+
+
+def sow_surface(
+    ctx: moderngl.Context, sower: Sower, surface: Surface, most: int, margin_m: float, first_id: int
+) -> list[Page]:
+    """The blades of a surface, at most `most` a tile; none stands out of the surface by more than `margin_m`."""
+    share = min(most, _TILE_BLADES) // 2 / surface.density_per_m2
+    surface = _grouped(_cut(surface, share))
+    tiles, ends = _tiles(surface, share)
+    room = max(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"] // _TRIANGLE_BYTES, _TILE_TRIANGLES)
+    run_of = page_numbers(tiles["z"].astype(np.int64), room)
+    picture = ctx.texture(surface.picture.shape[1::-1], 4, surface.picture.tobytes())
+    picture.use(_FUR_UNIT)
+    pages: list[Page] = []
+    for run in range(int(run_of.max(initial=-1)) + 1):
+        here = tiles[run_of == run]
+        part = slice(int(here["x"][0]), int(here["x"][-1] + here["z"][-1]))
+        here["x"] -= part.start
+        used, at = np.unique(surface.triangles[part], return_inverse=True)
+        rows = np.zeros(len(at.reshape(-1, 3)), _TRIANGLE)
+        rows["corners"], rows["end"] = at.reshape(-1, 3), ends[part]
+        buffers = [ctx.buffer(each.tobytes()) for each in (surface.corners[used].astype(np.float32), rows)]
+        for binding, buffer in enumerate(buffers, start=5):
+            buffer.bind_to_storage_buffer(binding)
+        places = surface.corners[surface.triangles[part], :3]
+        low = np.minimum.reduceat(places.min(axis=1), here["x"]) - margin_m
+        high = np.maximum.reduceat(places.max(axis=1), here["x"]) + margin_m
+        pages += sower.sow(
+            here,
+            (low, high),
+            np.ones(len(here)),
+            {"salt": surface.thing | run << 10},
+            pages[-1].first_id + pages[-1].count if pages else first_id,
+            surface.thing,
+            carried=True,
+        )
+        for buffer in buffers:
+            buffer.release()
+    picture.release()
+    return pages
+
+
+def _cut(surface: Surface, area: float) -> Surface:
+    """The same with triangles of at most this area, halved across their longest edge until they are."""
+    corners, triangles, done = [surface.corners], surface.triangles, []
+    count = len(surface.corners)
+    while len(triangles):
+        every = np.concatenate(corners)
+        corners = [every]
+        large = replace(surface, corners=every, triangles=triangles).areas > area
+        done.append(triangles[~large])
+        triangles = triangles[large]
+        places = every[triangles, :3]
+        longest = np.argmax(np.linalg.norm(np.roll(places, -1, axis=1) - places, axis=2), axis=1)
+        a, b, c = (np.take_along_axis(triangles, (longest[:, None] + k) % 3, axis=1)[:, 0] for k in range(3))
+        corners.append(0.5 * (every[a] + every[b]))
+        middle = count + np.arange(len(triangles))
+        count += len(triangles)
+        triangles = np.concatenate([np.stack([a, middle, c], -1), np.stack([middle, b, c], -1)])
+    return replace(surface, corners=np.concatenate(corners), triangles=np.concatenate(done))
+
+
+def _grouped(surface: Surface) -> Surface:
+    """The same with its triangles along a curve that fills space (Morton 1966), so that runs lie together."""
+    centres = surface.corners[surface.triangles, :3].mean(axis=1)
+    low = centres.min(axis=0)
+    cell = ((centres - low) * (1023.0 / max(float((centres - low).max()), 1e-300))).astype(np.int64)
+    code = np.zeros(len(cell), np.int64)
+    for bit in range(10):
+        for axis in range(3):
+            code |= ((cell[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return replace(surface, triangles=surface.triangles[np.argsort(code, kind="stable")])
+
+
+def _tiles(surface: Surface, area: float) -> tuple[Table, Floats]:
+    """Runs of triangles of about this area together, and of each triangle the part of its run that it ends."""
+    areas = surface.areas
+    total = np.cumsum(areas)
+    number = ((total - 0.5 * areas) / area).astype(np.int64) + np.arange(len(areas)) // _TILE_TRIANGLES
+    first = np.flatnonzero(np.diff(number, prepend=-1))
+    last = np.append(first[1:], len(areas)) - 1
+    tiles = np.zeros(len(first), TILE)
+    tiles["x"], tiles["z"] = first, last - first + 1
+    # rounded so that all together are as many as asked for
+    tiles["candidates"] = np.diff(np.round(total[last] * surface.density_per_m2), prepend=0.0)
+    before = np.repeat(total[first] - areas[first], tiles["z"])
+    ends = (total - before) / np.repeat(total[last] - total[first] + areas[first], tiles["z"])
+    ends[last] = 1.0
+    return tiles, ends

@@ -1,0 +1,277 @@
+"""Meshes in: every format, joined and with normals; and every way in which a file may be wrong."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from greensward.cli.check import _read
+from greensward.io import meshes
+from greensward.io.meshes import ENDINGS, read_mesh
+from greensward.scene.errors import InputError, SceneError
+from greensward.scene.load import load
+
+trimesh = pytest.importorskip("trimesh")
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+
+
+def written(path, text):
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def exported(folder, shape, ending, **options):
+    path = folder / f"shape{ending}"
+    if ending == ".gltf":
+        for name, data in shape.export(file_type="gltf").items():
+            written(folder / name, data)
+        return folder / "model.gltf"
+    shape.export(path, **options)
+    return path
+
+
+def refused(path):
+    with pytest.raises(InputError) as caught:
+        read_mesh(path)
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith(f"{path}: ")
+    return line.removeprefix(f"{path}: ")
+
+
+@pytest.fixture(autouse=True)
+def _silent(recwarn, capfd):
+    """Nothing is printed, logged to the screen or warned of, whatever the file."""
+    yield
+    assert not recwarn.list
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_ball_of_every_format(tmp_path, ending):
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    if ending != ".stl":  # it cannot hold any
+        ball.visual.vertex_colors = np.random.default_rng(0).integers(0, 255, (len(ball.vertices), 4))
+    mesh = read_mesh(exported(tmp_path, ball, ending))
+    assert mesh.positions.dtype == mesh.normals.dtype == np.float64
+    assert mesh.triangles.dtype == np.int64
+    assert len(mesh.triangles) == len(ball.faces)
+    assert mesh.areas.sum() == pytest.approx(ball.area, rel=1e-5)
+    np.testing.assert_allclose(mesh.bounds, ball.bounds, atol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-9)
+    np.testing.assert_allclose(mesh.normals, mesh.positions, atol=0.01)  # smooth, and outward
+    if ending == ".stl":
+        assert mesh.colours is None
+    else:
+        assert mesh.colours is not None
+        assert mesh.colours.dtype == np.float32
+        np.testing.assert_allclose(
+            mesh.colours[:, :3].mean(axis=0), ball.visual.vertex_colors[:, :3].mean(axis=0) / 255, atol=0.003
+        )
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_box_keeps_its_edges(tmp_path, ending):
+    mesh = read_mesh(exported(tmp_path, trimesh.creation.box((1, 2, 3)), ending))
+    corners = mesh.positions[mesh.triangles]
+    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+    if ending in (".obj", ".stl"):  # into the others trimesh writes normals of its own
+        np.testing.assert_allclose(mesh.normals[mesh.triangles], np.repeat(flat[:, None], 3, 1), atol=1e-9)
+    assert mesh.areas.sum() == pytest.approx(22)
+    assert (np.einsum("ij,ij->i", flat, corners.mean(axis=1)) > 0).all()
+
+
+def test_normals_of_the_file_are_kept(tmp_path):
+    path = written(tmp_path / "a.obj", TRIANGLE + "vn 0 3 4\nf 1//1 2//1 3//1\n")
+    np.testing.assert_allclose(read_mesh(path).normals, [[0, 0.6, 0.8]] * 3)
+
+
+@pytest.mark.parametrize("normal", ["0 0 0", "nan 0 1"])
+def test_normals_without_direction_are_computed(tmp_path, normal):
+    path = written(tmp_path / "a.obj", TRIANGLE + f"vn {normal}\nf 1//1 2//1 3//1\n")
+    np.testing.assert_allclose(read_mesh(path).normals, [[0, 0, 1]] * 3)
+
+
+def test_texture_coordinates_rise_from_the_bottom_in_every_format(tmp_path):
+    obj = written(tmp_path / "a.obj", TRIANGLE + "vt 0 0.25\nvt 1 0.25\nvt 0 1\nf 1/1 2/2 3/3\n")
+    expected = {(0, 0): (0, 0.25), (1, 0): (1, 0.25), (0, 1): (0, 1)}
+    paths = [obj]
+    shape = trimesh.load_mesh(obj, process=False)
+    paths += [exported(tmp_path, shape, ending) for ending in (".glb", ".gltf")]
+    for path in paths:
+        mesh = read_mesh(path)
+        assert mesh.uv is not None
+        assert mesh.uv.dtype == np.float32
+        for place, uv in zip(mesh.positions, mesh.uv, strict=True):
+            assert tuple(uv) == pytest.approx(expected[tuple(place[:2])])
+
+
+def test_parts_are_joined_where_the_scene_places_them(tmp_path):
+    scene = trimesh.Scene()
+    box = trimesh.creation.box((1, 1, 1))
+    box.visual.vertex_colors = [255, 0, 0, 255]
+    mirrored = np.diag([-2.0, 2.0, 2.0, 1.0])
+    mirrored[:3, 3] = 10, 0, 0
+    scene.add_geometry(box)
+    scene.add_geometry(trimesh.creation.icosphere(radius=1), transform=mirrored)
+    mesh = read_mesh(exported(tmp_path, scene, ".glb"))
+    np.testing.assert_allclose(mesh.bounds, [[-0.5, -2, -2], [12, 2, 2]], atol=0.02)
+    ball = mesh.positions[:, 0] > 5
+    outward = (mesh.positions[ball] - [10, 0, 0]) / 2
+    np.testing.assert_allclose(mesh.normals[ball], outward, atol=0.02)
+    corners = mesh.positions[mesh.triangles]
+    volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    assert volume == pytest.approx(1 + trimesh.creation.icosphere(radius=1).volume * 8, rel=1e-4)
+    assert mesh.colours is not None
+    np.testing.assert_allclose(mesh.colours[~ball][0], [1, 0, 0, 1])
+    np.testing.assert_allclose(mesh.colours[ball][0][3], 1)
+
+
+def test_colours_beside_texture_coordinates(tmp_path):
+    text = "v 0 0 0 1 0 0\nv 1 0 0 0.5 0 0\nv 0 1 0 0 0 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"
+    mesh = read_mesh(written(tmp_path / "a.obj", text))
+    assert mesh.uv is not None
+    assert mesh.colours is not None
+    np.testing.assert_allclose(mesh.colours[:, 0], [1, 0.5, 0], atol=0.01)
+
+
+def test_what_has_no_area_is_left_out(tmp_path):
+    more = "v 9 9 9\nv 2 0 0\nf 1 2 3\nf 1 2 2\nf 1 2 5\n"
+    mesh = read_mesh(written(tmp_path / "a.obj", TRIANGLE + more))
+    assert len(mesh.triangles) == 1
+    assert len(mesh.positions) == 3
+    assert np.isfinite(mesh.normals).all()
+
+
+def test_a_fan_of_three_at_one_edge_is_fine(tmp_path):
+    text = TRIANGLE + "v 0 0 1\nv 0 0 -1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n"
+    mesh = read_mesh(written(tmp_path / "a.obj", text))
+    assert len(mesh.triangles) == 3
+    np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1)
+
+
+def test_quads_are_cut(tmp_path):
+    text = TRIANGLE + "v 1 1 0\nf 1 2 4 3\n"
+    assert read_mesh(written(tmp_path / "a.obj", text)).areas.sum() == pytest.approx(1)
+
+
+@pytest.mark.parametrize("names", ["mtllib gone.mtl\nusemtl gone\n", "mtllib here.mtl\nusemtl a\n"])
+def test_missing_materials_and_pictures_are_not_missed(tmp_path, names):
+    written(tmp_path / "here.mtl", "newmtl a\nmap_Kd gone.png\n")
+    path = written(tmp_path / "a.obj", names + TRIANGLE + "f 1 2 3\n")
+    assert len(read_mesh(path).triangles) == 1
+
+
+def test_a_missing_picture_of_gltf_is_not_missed(tmp_path):
+    path = exported(tmp_path, trimesh.creation.box(), ".gltf")
+    tree = json.loads(path.read_text())
+    tree["images"], tree["textures"] = [{"uri": "gone.png"}], [{"source": 0}]
+    tree["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+    tree["meshes"][0]["primitives"][0]["material"] = 0
+    written(path, json.dumps(tree))
+    assert len(read_mesh(path).triangles) == 12
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("content", [b"", b"\0" * 5, b"\xff\xfe garbage \x00" * 40, b"<html>not here</html>"])
+def test_what_is_no_mesh(tmp_path, ending, content):
+    message = refused(written(tmp_path / f"a{ending}", content))
+    assert "is empty (0 bytes)" in message if not content else "not a mesh" in message or "no triangles" in message
+
+
+@pytest.mark.parametrize("ending", [".glb", ".gltf", ".ply", ".stl"])
+@pytest.mark.parametrize("part", [0.02, 0.3, 0.6, 0.97])
+def test_cut_short(tmp_path, ending, part):
+    path = exported(tmp_path, trimesh.creation.icosphere(subdivisions=2), ending)
+    data = path.read_bytes()
+    message = refused(written(path, data[: int(part * len(data))]))
+    assert "cut short" in message or "no triangles" in message
+
+
+def test_a_gltf_without_its_bytes(tmp_path):
+    path = exported(tmp_path, trimesh.creation.box(), ".gltf")
+    for each in tmp_path.glob("*.bin"):
+        each.unlink()
+    assert "cut short, damaged or not a mesh" in refused(path)
+
+
+@pytest.mark.parametrize("text", ["f 1 2 9\n", "f 1 2 -9\n", "f 1/1 2/1 9/1\n", "f 1 x 3\n", "", "l 1 2\n"])
+def test_faces_that_name_nothing(tmp_path, text):
+    message = refused(written(tmp_path / "a.obj", TRIANGLE + text))
+    assert "damaged" in message or "no triangles" in message or "vertex" in message
+
+
+def test_an_index_out_of_range(tmp_path):
+    header = "ply\nformat ascii 1.0\nelement vertex 3\n" + "".join(f"property float {axis}\n" for axis in "xyz")
+    header += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    path = written(tmp_path / "a.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n")
+    assert refused(path) == "a triangle names vertex 7, but there are 3, counted from 0"
+
+
+@pytest.mark.parametrize("bad", ["nan", "inf", "-inf"])
+def test_vertices_that_are_not_numbers(tmp_path, bad):
+    path = written(tmp_path / "a.obj", f"v 0 0 0\nv {bad} 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert "NaN or infinite" in refused(path)
+
+
+def test_vertices_too_far(tmp_path):
+    path = written(tmp_path / "a.obj", "v 0 0 0\nv 1e300 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert refused(path) == "coordinates must lie within ±1e+09 (got 1e+300); scale it down"
+
+
+@pytest.mark.parametrize("text", ["v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n"])
+def test_no_area_at_all(tmp_path, text):
+    assert refused(written(tmp_path / "a.obj", text)).startswith("holds no surface")
+
+
+def test_points_alone_are_no_mesh(tmp_path):
+    assert refused(written(tmp_path / "a.obj", TRIANGLE)) == "holds no triangles"
+
+
+def test_too_many_triangles(tmp_path, monkeypatch):
+    monkeypatch.setattr(meshes, "MOST_TRIANGLES", 1_000_000)
+    path = exported(tmp_path, trimesh.creation.box(), ".stl")
+    data = path.read_bytes()
+    many = np.frombuffer(data[84:], np.uint8).reshape(12, 50)[np.arange(1_000_100) % 12]
+    written(path, data[:80] + np.uint32(len(many)).tobytes() + many.tobytes())
+    assert refused(path) == "must hold at most 1 million triangles (got 1.0 million); simplify it"
+
+
+def test_names_folders_and_nothing(tmp_path):
+    assert refused(tmp_path / "a.fbx") == (
+        "a mesh's name must end in one of .glb, .gltf, .obj, .ply, .stl (got .fbx)"
+    )
+    assert refused(tmp_path / "a").endswith("(it has none)")
+    assert refused(tmp_path / "gone.obj") == "no such file"
+    (tmp_path / "folder.obj").mkdir()
+    assert refused(tmp_path / "folder.obj") == "is a folder, not a file"
+
+
+def test_endings_in_capitals(tmp_path):
+    assert len(read_mesh(written(tmp_path / "A.OBJ", TRIANGLE + "f 1 2 3\n")).triangles) == 1
+
+
+def test_without_trimesh(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    message = refused(written(tmp_path / "a.obj", TRIANGLE + "f 1 2 3\n"))
+    assert message.endswith('pip install "greensward[mesh]"')
+
+
+def test_check_reads_meshes_as_meshes_and_their_maps_as_pictures(tmp_path):
+    written(tmp_path / "good.obj", TRIANGLE + "f 1 2 3\n")
+    written(tmp_path / "bad.obj", TRIANGLE)
+    things = [("good.obj", "good.obj"), ("bad.obj", "gone.png")]
+    text = "".join(
+        f'[[object]]\nkind = "mesh"\nposition_m = [0, 0, 0]\nfile = "{file}"\ngrass.density_map = "{picture}"\n'
+        for file, picture in things
+    )
+    with pytest.raises(SceneError) as caught:
+        load(written(tmp_path / "a.toml", text), read_file=_read)
+    first, second, third = sorted(caught.value.problems)
+    assert "object[0].grass.density_map: " in first
+    assert "is not a picture" in first
+    assert "object[1].file: " in second
+    assert second.endswith("bad.obj: holds no triangles")
+    assert "object[1].grass.density_map: no such file" in third

@@ -1,0 +1,129 @@
+"""Every kind of wind against its formula in double precision, alone and added up."""
+
+import numpy as np
+import pytest
+from PIL import Image
+from pydantic import TypeAdapter
+
+from greensward.ground import HeightField
+from greensward.motion.winds import WINDS_BLOCK, Winds, wind_values
+from greensward.scene.wind import Wind
+from oracles import wind_kinds
+from shader_calls import shader_call
+from small_scenes import NOISE, small_scene
+
+_RANDOM = np.random.default_rng(16)
+_STRONG = {
+    "kind": "strong", "direction_deg": 200.0, "power_mps": 9.0, "speed_mps": 5.0, "interval_m": 2.5,
+    "steadiness": 0.2,
+}  # fmt: skip
+_HELICOPTER = {
+    "kind": "helicopter", "centre_m": [2.0, -3.0], "radius_m": 5.0, "period_s": 9.0, "rotor_m": 4.0,
+    "power_mps": 18.0, "speed_mps": 6.0, "interval_m": 0.8, "steadiness": 0.5,
+}  # fmt: skip
+_RANDOM_WIND = {"kind": "random", "power_mps": 4.0, "period_s": 3.0}
+_WAVES = {"kind": "waves", "direction_deg": 75.0, "speed_mps": 7.0, "rate_hz": 0.3}
+_BLAST = {"kind": "blast", "centre_m": [1.0, 2.0, -4.0], "power_mps": 90.0, "rate": 4.0}
+_WHIRL = {"kind": "whirl", "centre_m": [-3.0, 1.5, 2.0], "power_mps": 40.0, "swirl_mps": 6.0, "rate": 1.5}
+
+
+def _points(count: int = 600) -> np.ndarray:
+    return _RANDOM.uniform(-15, 15, (count, 3)).astype(np.float32)
+
+
+def _air(ctx, winds, p, time_s, part: str = "wind.xyz", seed: int = 5) -> np.ndarray:
+    models = tuple(TypeAdapter(Wind).validate_python(w) for w in winds)
+    block = {WINDS_BLOCK: wind_values(models, seed)}
+    return shader_call(ctx, "motion/wind.glsl", f"windAt(p, {time_s}).{part}", {"p": p}, "vec3", blocks=block)
+
+
+def _without_kind(wind: dict[str, object], *names: str) -> list[object]:
+    return [wind[name] for name in names]
+
+
+def _expected(kind: str, p: np.ndarray, t: float) -> np.ndarray:
+    match kind:
+        case "strong":
+            return wind_kinds.strong(
+                p, t, *_without_kind(_STRONG, "direction_deg", "power_mps", "speed_mps", "interval_m", "steadiness")
+            )
+        case "helicopter":
+            names = (
+                "centre_m", "radius_m", "period_s", "rotor_m", "power_mps", "speed_mps", "interval_m", "steadiness",
+            )  # fmt: skip
+            return wind_kinds.helicopter(p, t, *_without_kind(_HELICOPTER, *names))
+        case "random":
+            return wind_kinds.random(p, t, 5, 4.0, 3.0)
+        case "waves":
+            return wind_kinds.waves(p, t, 75.0, 7.0, 0.3)
+        case "whirl":
+            return wind_kinds.whirl(p, t, _WHIRL["centre_m"], 40.0, 6.0, 1.5)
+        case _:
+            return wind_kinds.blast(p, t, _BLAST["centre_m"], 90.0, 4.0)
+
+
+_KINDS = {wind["kind"]: wind for wind in (_STRONG, _HELICOPTER, _RANDOM_WIND, _WAVES, _BLAST, _WHIRL)}
+
+
+@pytest.mark.parametrize("time_s", [0.0, 2.7, -5.0, 100.0])
+@pytest.mark.parametrize("kind", _KINDS)
+def test_a_wind_is_its_formula(ctx, kind, time_s):
+    p = _points()
+    got = _air(ctx, [_KINDS[kind]], p, time_s, "blast" if kind == "blast" else "wind.xyz")
+    expected = _expected(kind, p.astype(np.float64), time_s)
+    assert np.abs(got - expected).max() < 1e-3 * max(np.abs(expected).max(), 1.0) * (1 + 0.1 * abs(time_s))
+    if not (kind == "random" and time_s == 0):
+        assert np.abs(expected).max() > 0.5
+
+
+def test_only_a_blast_pushes_whatever_the_blade_does(ctx):
+    p = _points(50)
+    for kind, wind in _KINDS.items():
+        blast = np.abs(_air(ctx, [wind], p, 1.0, "blast")).max()
+        assert (blast > 1.0) == (kind == "blast")
+
+
+def test_all_kinds_add_up(ctx):
+    p = _points()
+    winds = [_STRONG, _HELICOPTER, _WAVES, _WHIRL]
+    expected = sum(_expected(str(wind["kind"]), p.astype(np.float64), 1.5) for wind in winds)
+    assert np.abs(_air(ctx, winds, p, 1.5) - expected).max() < 0.05
+
+
+def test_centres_stand_above_the_ground():
+    scene = small_scene(ground=NOISE, wind=[_BLAST])
+    heights = HeightField.of(scene)
+    rows = np.asarray(wind_values(scene.wind, 1, heights)["rows"])
+    assert rows[0, 2] == pytest.approx(2.0 + float(heights.height(1.0, -4.0)), abs=1e-4)
+
+
+@pytest.fixture
+def painted(ctx, tmp_path):
+    """Velocities (n, 3) of a wind of two pictures, the second half the size of the first."""
+    first, second = np.full((4, 8, 3), 128, np.uint8), np.full((2, 4, 3), 128, np.uint8)
+    first[:, 4:, 0] = 255  # the eastern half blows east
+    second[..., 1] = 1  # blows north
+    for name, picture in (("a.png", first), ("b.png", second)):
+        Image.fromarray(picture).save(tmp_path / name)
+    wind = {"kind": "texture", "files": ["a.png", "b.png"], "size_m": [16.0, 8.0], "speed_mps": 6.0, "rate_hz": 2.0}
+    scene = small_scene(wind=[wind]).in_folder(tmp_path)
+    winds = Winds(ctx, scene, HeightField.of(scene))
+
+    def at(p: np.ndarray, time_s: float) -> np.ndarray:
+        winds.bind()
+        return shader_call(ctx, "motion/wind.glsl", f"windAt(p, {time_s}).wind.xyz", {"p": p}, "vec3")
+
+    yield at
+    winds.release()
+
+
+def test_painted_wind_blows_where_it_is_painted(painted):
+    east, west = np.array([[3.0, 0, 0]], np.float32), np.array([[-5.0, 0, 1.0]], np.float32)
+    assert np.allclose(painted(east, 0.0), [[6.0, 0, 0]], atol=0.01)
+    assert np.allclose(painted(west, 0.0), [[0, 0, 0]], atol=0.01)
+    assert np.allclose(painted(west, 0.5), [[0, 0, -6.0]], atol=0.01)
+    assert np.allclose(painted(east, 0.25), [[3.0, 0, -3.0]], atol=0.02)  # half-way from one to the next
+    assert np.allclose(painted(east, 7.0), painted(east, 0.0))  # over and over
+    assert np.allclose(
+        painted(east + np.float32(16) * np.array([1, 0, 0], np.float32), 0.0), [[6.0, 0, 0]], atol=0.01
+    )
