@@ -188,7 +188,7 @@ class VideoWriter:
             if kind is None:
                 self.finish()
         finally:
-            pass
+            self._process.kill()
             self._process.wait()
             with contextlib.suppress(OSError):  # what it still held is not wanted
                 self._pipe.close()
