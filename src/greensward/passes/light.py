@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.gpu.blocks import declare
-from greensward.scene import Scene
+from greensward.scene import NoGround, Scene
 
 LIGHT_BLOCK = declare(
     "Light",
@@ -27,6 +27,7 @@ LIGHT_BLOCK = declare(
     ("vignette", "float"),
     ("filmic", "int"),
     ("sample_index", "int"),
+    ("open_below", "int"),  # no ground: sky below the horizon too
 )
 _SUN = np.array([1.0, 0.97, 0.93]) * 20.0  # irradiance above the air of a sun of strength 1
 
@@ -52,6 +53,7 @@ def light_values(scene: Scene) -> dict[str, object]:
         "saturation": post.saturation,
         "vignette": post.vignette,
         "filmic": int(post.tone_map == "filmic"),
+        "open_below": int(isinstance(scene.ground, NoGround)),
     }
 
 

@@ -11,7 +11,9 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 d = tableDirection((vec2(pixel) + 0.5) / vec2(256.0, 128.0));
     vec3 eye = vec3(0.0, EARTH_KM + 0.3, 0.0), toSun = light.to_sun.xyz;
     // below the horizon the table holds the haze in front of the ground, for distance and for light from below
-    vec3 ray = normalize(vec3(d.x, max(d.y, 0.0) + 0.004, d.z));
+    // and where there is no ground, the sky again
+    float rise = light.open_below != 0 ? abs(d.y) : max(d.y, 0.0);
+    vec3 ray = normalize(vec3(d.x, rise + 0.004, d.z));
     float mu = dot(d, toSun);
     float span = toSphere(eye, ray, AIR_KM);
     vec3 through = vec3(1.0), radiance = vec3(0.0);
@@ -32,7 +34,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     }
     radiance *= light.sun_outside.rgb * light.sky_strength;
     // the ground below gives back some of what falls on it
-    float below = smoothstep(0.0, -0.12, d.y);
+    float below = light.open_below != 0 ? 0.0 : smoothstep(0.0, -0.12, d.y);
     result[0] = vec4(mix(radiance, radiance * vec3(0.20, 0.23, 0.12), below), 1.0);
     return true;
 }
