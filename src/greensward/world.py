@@ -64,11 +64,11 @@ class World:
         self._simulated = self._colliders = None
         if scene.simulation:
             self._colliders = Colliders(ctx, self.objects, self.placing.moving, scene.resolve)
-            self._simulated = Simulated(ctx, scene.simulation, self._colliders)
+            self._simulated = Simulated(ctx, scene, self._colliders)
         self.chunks = ChunkTable(ctx)
         self._seen: dict[View, list[Seen]] = {}
         self._closed: list[tuple[Page, Span]] = []
-        self._remembering: list[tuple[Page, Span]] = []
+        self._remembering: list[tuple[Page, Span, Span]] = []
         self.views: tuple[View, ...] = ()
         """The views that were culled for last."""
         # seed heads are long but thin
@@ -119,7 +119,7 @@ class World:
     @property
     def blades_simulated(self) -> int:
         """Blades whose state was carried on for the last instant."""
-        return sum(span.items for _, span in self._remembering)
+        return sum(near.items + edge.items for _, near, edge in self._remembering)
 
     def _cull(self, views: tuple[View, ...]) -> None:
         sowing = self.scene.sowing
@@ -140,9 +140,14 @@ class World:
                     self._seen[view].append(Seen(page, blades, heads))
             needed = eighths.max(axis=0)
             if self.scene.simulation:
-                near = away[order] < self.scene.simulation.within_m
-                self._remembering.append((page, self._blades(page, order, np.where(near, 8, 0))))
-                needed = np.where(near, 0, needed)
+                within = self.scene.simulation.within_m
+                wide = np.linalg.norm(2.0 * tiles.half, axis=1)[order]
+                remembers, blends = away[order] < within, away[order] + wide > 0.8 * within
+                near, edge = (
+                    self._blades(page, order, np.where(remembers & part, 8, 0)) for part in (~blends, blends)
+                )
+                self._remembering.append((page, near, edge))
+                needed = np.where(remembers, 0, needed)
             self._closed.append((page, self._blades(page, order, needed)))
         self.chunks.cut()
 

@@ -1,6 +1,19 @@
-"""WHICH blades are drawn: tiles against the views, and how many of each."""
+"""WHICH blades are drawn: tiles against the views, how many of each, and then every blade on its own."""
 
-from greensward.culling.chunks import CHUNK, ChunkTable, Span
+from greensward.culling.chunks import CHUNK, ChunkTable, Span, at_least
+from greensward.culling.pyramid import Pyramid
+from greensward.culling.sieve import Sieve, distance_defines
 from greensward.culling.tiles import distance_to, shares_needed, visible
 
-__all__ = ["CHUNK", "ChunkTable", "Span", "distance_to", "shares_needed", "visible"]
+__all__ = [
+    "CHUNK",
+    "ChunkTable",
+    "Pyramid",
+    "Sieve",
+    "Span",
+    "at_least",
+    "distance_defines",
+    "distance_to",
+    "shares_needed",
+    "visible",
+]

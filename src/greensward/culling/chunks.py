@@ -12,6 +12,15 @@ CHUNK = 32
 Indices = npt.NDArray[np.int64]
 
 
+def at_least(ctx: moderngl.Context, buffer: moderngl.Buffer, nbytes: int) -> moderngl.Buffer:
+    """The buffer, or in its place a larger one that holds nothing yet."""
+    if buffer.size >= nbytes:
+        return buffer
+    buffer.release()
+    # whole commands of 20 bytes, and some room to grow
+    return ctx.buffer(reserve=-(-nbytes * 5 // 4 // 20) * 20)
+
+
 @dataclass(frozen=True)
 class Span:
     """Consecutive chunks of the table."""
@@ -58,8 +67,8 @@ class ChunkTable:
         runs = np.concatenate(self._collected) if self._collected else np.empty((0, 4), np.uint32)
         if not self.count:
             return
-        self._runs = self._at_least(self._runs, runs.nbytes)
-        self._table = self._at_least(self._table, self.count * 8)
+        self._runs = at_least(self._ctx, self._runs, runs.nbytes)
+        self._table = at_least(self._ctx, self._table, self.count * 8)
         self._runs.write(runs)
         self._runs.bind_to_storage_buffer(0)
         self._table.bind_to_storage_buffer(1)
@@ -67,12 +76,6 @@ class ChunkTable:
         self._shader["chunkCount"] = self.count
         self._shader.run(-(-self.count // 64))
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-
-    def _at_least(self, buffer: moderngl.Buffer, nbytes: int) -> moderngl.Buffer:
-        if buffer.size >= nbytes:
-            return buffer
-        buffer.release()
-        return self._ctx.buffer(reserve=nbytes * 5 // 4)
 
     def bind(self, binding: int) -> None:
         """Bind the table to a shader-storage binding."""

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from typing import Any
 
 import moderngl
 
@@ -93,6 +94,13 @@ def build(ctx: moderngl.Context, *paths: str, defines: Mapping[str, object] = {}
         return ctx.program(**{stage: source.text for stage, source in sources.items()})  # type: ignore[arg-type]
     except moderngl.Error as error:
         raise ShaderError(locate(str(error), sources)) from None
+
+
+def put(shader: moderngl.ComputeShader | moderngl.Program, **values: Any) -> None:
+    """Set uniforms, but for those that the compiler dropped because the shader does not need them."""
+    for name, value in values.items():
+        if name in shader:
+            shader[name] = value
 
 
 def build_compute(

@@ -1,6 +1,5 @@
 // Spheres and capsules that press blades down, listed by cells of a grid over x and z.
-#include "shaders/blade.glsl"
-#include "block/Motion"
+#include "motion/forces.glsl"
 #include "block/Colliders"
 
 // Pairs: one end and the radius; the other end. All balls at the first step of a dispatch, all at the next, and so on.
@@ -30,7 +29,9 @@ vec3 outOf(uint ball, vec3 p) {
 // the square of the move, here in heights of the blade, so that small grass stays down like tall; in the natural form by
 // the move itself, which does not depend on how finely time is cut.
 bool collide(Blade b, int instant, vec3 root, vec3 control, inout vec3 tip, inout float pressed) {
-    if (colliders.count == 0) return false;
+#ifdef NO_COLLIDERS
+    return false;
+#endif
     ivec2 cell = ivec2(floor((root.xz - colliders.low) * colliders.cells_per_m));
     if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(CELLS)))) return false;
     uint list = uint(cell.y * CELLS + cell.x) * CELL_WORDS, count = cells[list];
@@ -46,7 +47,7 @@ bool collide(Blade b, int instant, vec3 root, vec3 control, inout vec3 tip, inou
         move *= min(1.0, 2.0 * b.height / length(move));
         tip += move;
         float far = length(move) / b.height;
-        pressed = min(pressed + (motion.form == 0 ? far : far * far), 1.0);
+        pressed = min(pressed + (FORM == NATURAL ? far : far * far), 1.0);
         touched = true;
     }
     return touched;

@@ -5,6 +5,9 @@
 #include "block/Motion"
 
 const int NATURAL = 0, YAN_2024 = 1, JAHRMANN_2017 = 2;
+#ifndef FORM
+#define FORM motion.form
+#endif
 
 // Unit direction of gravity at a place: down, towards a centre, or a blend
 vec3 pullAt(vec3 p) {
@@ -38,12 +41,12 @@ vec3 windForce(Air air, vec3 tip, vec3 up, float height) {
 vec3 push(Blade b, Air air, vec3 tip, vec3 up, vec3 front, vec3 pull) {
     vec3 wind = windForce(air, tip, up, b.height);
     float bend = 1.0 - b.stiffness;
-    return motion.form == YAN_2024 ? gravity2024(pull, front) + wind
+    return FORM == YAN_2024 ? gravity2024(pull, front) + wind
                                    : gravity2017(pull, front, b.height, bend) + wind * bend;
 }
 
 float recovery(Blade b) {
-    return max(motion.form == YAN_2024 ? recovery2024(b.stiffness) : recovery2017(1.0 - b.stiffness), 1e-3);
+    return max(FORM == YAN_2024 ? recovery2024(b.stiffness) : recovery2017(1.0 - b.stiffness), 1e-3);
 }
 
 // v2 += (g + r + w) * dt, with the recovery integrated exactly: for small steps the papers' own, stable for any

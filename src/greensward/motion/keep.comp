@@ -23,7 +23,6 @@ void main() {
     uint key = hash3(floatBitsToUint(root)).x | 1u;
     uint slot = (key >> 1u) & uint(slots - 1);
 #ifdef KEEP
-    if (states[i].pressed < 0.0) return;
     while (atomicCompSwap(claims[slot], 0u, key) != 0u) slot = (slot + 1u) & uint(slots - 1);
     entries[slot] = Entry(root.x, root.y, root.z, 0u, states[i]);
 #else

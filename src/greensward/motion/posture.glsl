@@ -38,11 +38,7 @@ void standInWind(Blade b, float time_s, out vec3 v1, out vec3 v2) {
     Air air = windAt(v0, time_s);
     vec3 velocity = air.wind.xyz + air.blast;
     float speed = length(velocity);
-    if (speed < 1e-4) {
-        keepOff(b, v0, up, v1, v2);
-        return;
-    }
-    vec3 downwind = velocity / speed, crosswind = cross(up, downwind);
+    vec3 downwind = velocity / max(speed, 1e-4), crosswind = cross(up, downwind);
 
     // each blade bobs at its own pace, short ones faster; the phase runs up the blade
     float phase = 6.28318531 * bladeRandom(b);
@@ -62,11 +58,11 @@ void standInWind(Blade b, float time_s, out vec3 v1, out vec3 v2) {
 
 // How a blade stands that nothing has moved before: in the form of the scene's simulation, without its memory
 void stand(Blade b, float time_s, out vec3 v1, out vec3 v2) {
-    if (motion.form == NATURAL) {
+    if (FORM == NATURAL) {
         standInWind(b, time_s, v1, v2);
-        return;
+    } else {
+        balance(b, windAt(bladeRoot(b), time_s), v1, v2);
+        v1 += bladeRoot(b);
+        v2 += bladeRoot(b);
     }
-    balance(b, windAt(bladeRoot(b), time_s), v1, v2);
-    v1 += bladeRoot(b);
-    v2 += bladeRoot(b);
 }

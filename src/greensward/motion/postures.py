@@ -6,7 +6,8 @@ import moderngl
 
 from greensward.culling import Span
 from greensward.gpu.blocks import BlockBuffer, declare
-from greensward.gpu.program import build_compute
+from greensward.gpu.program import build_compute, put
+from greensward.motion.winds import absent_kinds
 from greensward.scene import Scene, Simulation
 from greensward.sowing import Page
 
@@ -37,6 +38,12 @@ def motion_values(settings: Simulation | None) -> dict[str, object]:
     }
 
 
+def motion_defines(scene: Scene) -> dict[str, object]:
+    """What to define for shaders of motion, so that they hold what the scene needs and no more."""
+    form = scene.simulation.form if scene.simulation else FORMS[0]
+    return {"FORM": FORMS.index(form), **absent_kinds(scene.wind)}
+
+
 class Postures:
     """The closed-form motion of the field in the scene's winds, which must be bound."""
 
@@ -44,7 +51,7 @@ class Postures:
         self._ctx = ctx
         self._block = BlockBuffer(ctx, MOTION_BLOCK)
         self._block.set(**motion_values(scene.simulation))  # type: ignore[arg-type]
-        self._shader = build_compute(ctx, "motion/postures.comp")
+        self._shader = build_compute(ctx, "motion/postures.comp", motion_defines(scene))
 
     def bind(self) -> None:
         """Bind what every shader of motion reads besides the winds."""
@@ -56,10 +63,13 @@ class Postures:
             return
         page.blades.bind_to_storage_buffer(0)
         page.postures.bind_to_storage_buffer(1)
-        self._shader["firstChunk"] = span.first
-        self._shader["chunkCount"] = span.count
-        self._shader["timeNow"] = time_s
-        self._shader["timePrevious"] = previous_time_s
+        put(
+            self._shader,
+            firstChunk=span.first,
+            chunkCount=span.count,
+            timeNow=time_s,
+            timePrevious=previous_time_s,
+        )
         self._shader.run(*span.groups)
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 

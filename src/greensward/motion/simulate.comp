@@ -1,4 +1,6 @@
-// Carries the state of every simulated blade on by fixed steps, in registers, and writes its posture.
+// Carries the state of every simulated blade on by fixed steps, in registers, and writes its posture. With BEGIN it gives
+// blades that have none the state of their closed form; with EDGE, blades far from the camera blend into that form. These
+// are variants and no branches, as a CPU driver runs both sides of a branch for every blade.
 #include "motion/posture.glsl"
 #include "motion/state.glsl"
 #include "motion/colliders.glsl"
@@ -16,6 +18,7 @@ uniform float timeStart;        // of the first step
 uniform int steps;
 uniform float rest;             // a part of a step that is shown and forgotten, s
 uniform int flags;              // 1: the first dispatch of a frame, 2: the last, 4: there are no postures yet
+uniform int all;                // of the page, in BEGIN
 uniform vec3 camera;
 uniform mat4 previousFromNow;   // of what the blades grow on
 uniform float moved;            // part of that motion in one step
@@ -62,12 +65,23 @@ void stepPapers(Blade b, int instant, vec3 up, vec3 front, float time_s, float d
 
 void stepOnce(Blade b, int instant, vec3 up, vec3 front, vec3 lag, float time_s, float dt, inout State s, out vec3 control) {
     setTip(s, stateTip(s) - lag);
-    if (motion.form == NATURAL) stepNatural(b, instant, up, time_s, dt, s, control);
+    if (FORM == NATURAL) stepNatural(b, instant, up, time_s, dt, s, control);
     else stepPapers(b, instant, up, front, time_s, dt, s, control);
     // collision strength falls by (1 - bend) * 0.5 * dt (Jahrmann & Wimmer 2017), 0.5 being 1 / rise_s
     s.pressed = max(s.pressed - max(b.stiffness, 0.1) * dt / motion.rise_s, 0.0);
 }
 
+#ifdef BEGIN
+void main() {
+    uint i = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 32u + gl_LocalInvocationID.x;
+    if (i >= uint(all)) return;
+    Blade b = blades[i];
+    vec3 control, tip;
+    stand(b, timeStart, control, tip);
+    tip -= bladeRoot(b);
+    states[i] = State(tip.x, tip.y, tip.z, 0.0, 0.0, 0.0, 0.0, 0.0);
+}
+#else
 void main() {
     uint chunk = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     if (chunk >= uint(chunkCount)) return;
@@ -77,35 +91,34 @@ void main() {
     Blade b = blades[i];
     vec3 root = bladeRoot(b), up = bladeUp(b), front, side, control;
     bladeFrame(up, b.facing, front, side);
-    State s = states[i];
-    bool isNew = s.pressed < 0.0;
-    if (isNew) {
-        vec3 tip;
-        stand(b, timeStart, control, tip);
-        s = State(tip.x - root.x, tip.y - root.y, tip.z - root.z, 0.0, 0.0, 0.0, 0.0, 0.0);
-    }
+    State s = states[i], kept = s;
     vec3 lag = moved * (root - (previousFromNow * vec4(root, 1.0)).xyz);
     lag *= min(1.0, 0.5 * b.height / max(length(lag), 1e-9));
-    control = vec3(0.0);
-    for (int k = 0; k < steps; k++)
-        stepOnce(b, min(k, colliders.instants - 1), up, front, lag, timeStart + float(k + 1) * motion.step_s, motion.step_s, s, control);
-    if (steps > 0 || isNew) states[i] = s;
-
-    uint[3] before = (flags & 1) != 0 ? postures[i].now : postures[i].previous;
-    if ((flags & 2) != 0) {
-        float now = timeStart + float(steps) * motion.step_s + rest;
-        stepOnce(b, colliders.instants - 1, up, front, lag * rest / motion.step_s, now, rest, s, control);
-        vec3 tip = stateTip(s);
-        float far = smoothstep(0.8, 1.0, distance(root, camera) / motion.within_m);
-        if (far > 0.0) {
-            vec3 v1, v2;
-            stand(b, now, v1, v2);
-            control = mix(control, v1 - root, far);
-            tip = mix(tip, v2 - root, far);
-            keepLength(vec3(0.0), control, tip, b.height);
-        }
-        postures[i].now = packPosture(control, tip);
-        if (isNew || (flags & 4) != 0) before = postures[i].now;
+    bool shown = (flags & 2) != 0;
+    // what is shown needs a control point, and stands a part of a step after the last whole one
+    int more = shown && (rest > 1e-6 || steps == 0) ? 1 : 0;
+    float time_s = timeStart;
+    for (int k = 0; k < steps + more; k++) {
+        float dt = k < steps ? motion.step_s : rest;
+        time_s = timeStart + float(k) * motion.step_s + dt;
+        stepOnce(b, min(k, colliders.instants - 1), up, front, lag * dt / motion.step_s, time_s, dt, s, control);
+        if (k < steps) kept = s;
     }
-    if (flags != 0) postures[i].previous = before;
+    states[i] = kept;
+
+    Posture p = postures[i];
+    if ((flags & 1) != 0) p.previous = p.now;
+    vec3 tip = stateTip(s);
+#ifdef EDGE
+    vec3 v1, v2;
+    stand(b, time_s, v1, v2);
+    float far = smoothstep(0.8, 1.0, distance(root, camera) / motion.within_m);
+    control = mix(control, v1 - root, far);
+    tip = mix(tip, v2 - root, far);
+    keepLength(vec3(0.0), control, tip, b.height);
+#endif
+    if (shown) p.now = packPosture(control, tip);
+    if ((flags & 4) != 0) p.previous = p.now;
+    postures[i] = p;
 }
+#endif

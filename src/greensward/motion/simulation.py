@@ -8,13 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.culling import Span
-from greensward.gpu.program import build_compute
+from greensward.gpu.program import build_compute, put
 from greensward.motion.colliders import MOST_INSTANTS, Colliders
-from greensward.scene import InputError, Simulation
+from greensward.motion.postures import motion_defines
+from greensward.scene import InputError, Scene
 from greensward.sowing import Page
 
 STATE_BYTES, _ENTRY_BYTES = 32, 48
-_NEW = np.full(1, -1.0, np.float32).tobytes()  # a blade that is pressed by less than nothing has no state yet
 _MOST_STEPS = 30  # per dispatch, so that drivers do not take it for a hang
 _SHOWN_FIRST, _SHOWN_LAST, _FRESH = 1, 2, 4
 Floats = npt.NDArray[np.float64]
@@ -23,28 +23,33 @@ Floats = npt.NDArray[np.float64]
 class Simulated:
     """State of the blades near the camera, by page. Chunk table, winds and motion block must be bound."""
 
-    def __init__(self, ctx: moderngl.Context, settings: Simulation, colliders: Colliders) -> None:
+    def __init__(self, ctx: moderngl.Context, scene: Scene, colliders: Colliders) -> None:
+        assert scene.simulation
         self._ctx = ctx
-        self._settings = settings
+        self._settings = scene.simulation
         self._colliders = colliders
         self._states: dict[Page, moderngl.Buffer] = {}
         self._fresh: set[Page] = set()
         self._steps: int | None = None
         self._kept: tuple[moderngl.Buffer, moderngl.Buffer] | None = None
-        self._shader = build_compute(ctx, "motion/simulate.comp")
+        defines = motion_defines(scene) | ({} if colliders.count else {"NO_COLLIDERS": 1})
+        self._begin, self._near, self._edge = (
+            build_compute(ctx, "motion/simulate.comp", {**defines, **variant})
+            for variant in ({"BEGIN": 1}, {}, {"EDGE": 1})
+        )
         self._keep, self._restore = (
             build_compute(ctx, "motion/keep.comp", {name: 1}) for name in ("KEEP", "RESTORE")
         )
 
     def advance(
         self,
-        spans: Sequence[tuple[Page, Span]],
+        spans: Sequence[tuple[Page, Span, Span]],
         time_s: float,
         camera_ws: Floats,
         placed_at: Callable[[float], Floats],
         tallest_m: float,
     ) -> None:
-        """Carry these chunks of pages on to an instant and write their postures.
+        """Carry these chunks of pages, near and at the edge, on to an instant and write their postures.
 
         A first instant, one before the last, and one long after it find grass that has been moving for `settle_s`.
         """
@@ -53,7 +58,8 @@ class Simulated:
         settle = int(np.ceil(self._settings.settle_s / step))
         if self._steps is None or target < self._steps or target - self._steps > max(settle, int(2.0 / step)):
             self._steps = target - settle
-            self._forget()
+            for page in self._states:
+                self._start(page)
         first, rest = _SHOWN_FIRST, max(time_s - target * step, 0.0)
         frame_steps = max(target - self._steps, 0)
         while True:
@@ -61,8 +67,10 @@ class Simulated:
             last = _SHOWN_LAST if self._steps + count == target else 0
             times = [(self._steps + k) * step for k in range(1, count + 1)] if self._colliders.moving else []
             self._colliders.place(np.stack([placed_at(t) for t in (*times, time_s)]), tallest_m)
-            for page, span in spans:
-                self._dispatch(page, span, count, rest, first | last, camera_ws, frame_steps)
+            for page, near, edge in spans:
+                for shader, span in ((self._near, near), (self._edge, edge)):
+                    if span.count:
+                        self._dispatch(shader, page, span, count, rest, first | last, camera_ws, frame_steps)
             self._steps += count
             first = 0
             if last:
@@ -70,38 +78,52 @@ class Simulated:
         self._fresh.clear()
 
     def _dispatch(
-        self, page: Page, span: Span, count: int, rest: float, flags: int, camera_ws: Floats, frame_steps: int
+        self,
+        shader: moderngl.ComputeShader,
+        page: Page,
+        span: Span,
+        count: int,
+        rest: float,
+        flags: int,
+        camera_ws: Floats,
+        frame_steps: int,
     ) -> None:
-        if not span.count:
-            return
         assert self._steps is not None
-        shader, state = self._shader, self._state(page)
+        state = self._state(page)
         self._colliders.bind()
         page.blades.bind_to_storage_buffer(0)
         page.postures.bind_to_storage_buffer(1)
         state.bind_to_storage_buffer(3)
-        shader["firstChunk"], shader["chunkCount"] = span.first, span.count
-        shader["timeStart"] = self._steps * self._settings.step_s
-        shader["steps"], shader["rest"] = count, rest
-        shader["flags"] = flags | (_FRESH if page in self._fresh else 0)
-        shader["camera"] = tuple(camera_ws)
-        shader["previousFromNow"] = tuple(page.previous_from_now.T.ravel())
-        shader["moved"] = 1.0 / max(frame_steps, 1)
+        put(
+            shader,
+            firstChunk=span.first,
+            chunkCount=span.count,
+            timeStart=self._steps * self._settings.step_s,
+            steps=count,
+            rest=rest,
+            flags=flags | (_FRESH if page in self._fresh else 0),
+            camera=tuple(camera_ws),
+            previousFromNow=tuple(page.previous_from_now.T.ravel()),
+            moved=1.0 / max(frame_steps, 1),
+        )
         shader.run(*span.groups)
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def _state(self, page: Page) -> moderngl.Buffer:
         if page not in self._states:
-            buffer = self._ctx.buffer(reserve=page.count * STATE_BYTES)
-            buffer.clear(chunk=_NEW)
-            self._states[page] = buffer
-            self._fresh.add(page)
+            self._states[page] = self._ctx.buffer(reserve=page.count * STATE_BYTES)
+            self._start(page)
         return self._states[page]
 
-    def _forget(self) -> None:
-        for page, buffer in self._states.items():
-            buffer.clear(chunk=_NEW)
-            self._fresh.add(page)
+    def _start(self, page: Page) -> None:
+        """Give every blade of a page the state of its closed form."""
+        self._fresh.add(page)
+        page.blades.bind_to_storage_buffer(0)
+        self._states[page].bind_to_storage_buffer(3)
+        put(self._begin, timeStart=(self._steps or 0) * self._settings.step_s, all=page.count)
+        groups = -(-page.count // 32)
+        self._begin.run(min(groups, 32768), -(-groups // 32768))
+        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     # A field that is sown anew -------------------------------------------------------------------------------
 
@@ -166,5 +188,7 @@ class Simulated:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for part in (*self._states.values(), *(self._kept or ()), self._shader, self._keep, self._restore):
-            part.release()
+        for buffer in (*self._states.values(), *(self._kept or ())):
+            buffer.release()
+        for shader in (self._begin, self._near, self._edge, self._keep, self._restore):
+            shader.release()

@@ -1,7 +1,7 @@
 // What a blade remembers, in 32 bytes.
 struct State {
     float x, y, z;     // tip from the root, metres
-    float pressed;     // collision strength, 0 to 1; below 0 the blade has not been simulated yet
+    float pressed;     // collision strength, 0 to 1
     float vx, vy, vz;  // velocity of the tip, m/s
     float unused;
 };

@@ -15,22 +15,38 @@ struct Air {
 #include "motion/whirl.glsl"
 #include "motion/texture.glsl"
 
+// A scene's shaders leave out the kinds that it has not: a CPU driver runs every case for every blade.
 Air windAt(vec3 p, float time_s) {
     Air sum = Air(vec4(0.0), vec3(0.0));
     for (int i = 0; i < winds.count; i++) {
         vec4 a = winds.rows[3 * i], b = winds.rows[3 * i + 1], c = winds.rows[3 * i + 2];
         uint seed = winds.seed + uint(i) * 97u;
-        Air one;
-        switch (int(a.x)) {
-            case 0: one = gusts(a, b, c, seed, p, time_s); break;
-            case 1: one = strong(a, b, c, seed, p, time_s); break;
-            case 2: one = helicopter(a, b, c, seed, p, time_s); break;
-            case 3: one = randomWind(a, b, c, seed, p, time_s); break;
-            case 4: one = waves(a, b, c, seed, p, time_s); break;
-            case 5: one = blast(a, b, c, seed, p, time_s); break;
-            case 6: one = whirl(a, b, c, seed, p, time_s); break;
-            default: one = paintedWind(a, b, c, seed, p, time_s); break;
-        }
+        int kind = int(a.x);
+        Air one = Air(vec4(0.0), vec3(0.0));
+#ifndef NO_GUSTS
+        if (kind == 0) one = gusts(a, b, c, seed, p, time_s);
+#endif
+#ifndef NO_STRONG
+        if (kind == 1) one = strong(a, b, c, seed, p, time_s);
+#endif
+#ifndef NO_HELICOPTER
+        if (kind == 2) one = helicopter(a, b, c, seed, p, time_s);
+#endif
+#ifndef NO_RANDOM
+        if (kind == 3) one = randomWind(a, b, c, seed, p, time_s);
+#endif
+#ifndef NO_WAVES
+        if (kind == 4) one = waves(a, b, c, seed, p, time_s);
+#endif
+#ifndef NO_BLAST
+        if (kind == 5) one = blast(a, b, c, seed, p, time_s);
+#endif
+#ifndef NO_WHIRL
+        if (kind == 6) one = whirl(a, b, c, seed, p, time_s);
+#endif
+#ifndef NO_TEXTURE
+        if (kind == 7) one = paintedWind(a, b, c, seed, p, time_s);
+#endif
         sum.wind += one.wind;
         sum.blast += one.blast;
     }

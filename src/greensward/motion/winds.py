@@ -78,6 +78,11 @@ def wind_values(winds: tuple[Wind, ...], seed: int, heights: HeightField | None 
     return {"rows": rows.reshape(-1, 4), "count": len(winds), "seed": seed}
 
 
+def absent_kinds(winds: Sequence[Wind]) -> dict[str, int]:
+    """What to define for shaders of `motion/wind.glsl`, so that they leave out the kinds that are not there."""
+    return {f"NO_{kind.__name__.upper()}": 1 for kind in KINDS if not any(isinstance(wind, kind) for wind in winds)}
+
+
 def wind_pictures(scene: Scene) -> npt.NDArray[np.uint8]:
     """The pictures of every texture wind, (layers, height, width, 2), all scaled to the largest."""
     found = [

@@ -26,7 +26,14 @@ class Technique(Protocol):
         """Compute work for this instant; most techniques have none."""
 
     def draw(self, view: View) -> None:
-        """Draw calls into the bound framebuffer; no GL state is left changed."""
+        """Draw calls into the bound framebuffer; no GL state is left changed.
+
+        A picture's ground and objects may already be in it, and then `world.pyramid` tells what they hide. A test that
+        the scene's `culling` switches off must leave out nothing.
+        """
+
+    def drawn(self, view: View) -> int:
+        """Blades of this view that its own tests left to be drawn in the last frame. May read back: not for use within one."""
 
     def release(self) -> None:
         """Free every GPU resource."""

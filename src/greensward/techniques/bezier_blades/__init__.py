@@ -1,16 +1,17 @@
 """Quadratic Bézier blades as tessellated quads."""
 
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 import moderngl
 from pydantic import BaseModel, Field
 
-from greensward.culling import CHUNK
+from greensward.culling import CHUNK, Sieve, at_least, distance_defines
 from greensward.gpu.blocks import BlockBuffer, declare
 from greensward.gpu.program import build, build_compute
 from greensward.gpu.view import View
 from greensward.scene.base import Count, Model, Number
-from greensward.world import BLADES, CHUNKS, POSTURES, RECORDS, Instant, Seen, World
+from greensward.world import RECORDS, Instant, Seen, World
 
 _FOLDER = "techniques/bezier_blades"
 _RECORD_BYTES = 72
@@ -22,6 +23,7 @@ BLADES_BLOCK = declare(
     ("max_level", "float"),
     ("min_width_px", "float"),
     ("roundness", "float"),
+    ("orientation_limit", "float"),  # above 1, blades turn instead of vanishing
 )
 
 
@@ -36,6 +38,25 @@ class Settings(Model):
     """Blades are widened to this, so that they neither break up nor vanish edge-on."""
     roundness: Number = Field(0.55, ge=0, le=1)
     """How far the shading normal turns across a blade: 0 is flat."""
+    edge_on: Literal["turn", "drop"] = "turn"
+    """Blades seen from their edge: `turn` shows them their width all the same, so that grass stays closed and
+    `culling.orientation` finds none to leave out; `drop` lets them thin out until nothing of them is left to draw."""
+    orientation_limit: Number = Field(0.9, ge=0.2, le=1)
+    """With `drop`, cosine between view and width of a blade at which nothing is left; it thins out over 0.15 before."""
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Records of what a view shows of a page: where they begin, in bytes, and which command draws them."""
+
+    seen: Seen
+    offset: int
+    command: int
+
+
+def _room(seen: Seen) -> int:
+    """Bytes for records of all its blades, in whole instances, which is aligned as bindings must be."""
+    return -(-seen.blades.items // CHUNK) * CHUNK * _RECORD_BYTES
 
 
 class BezierBlades:
@@ -52,65 +73,75 @@ class BezierBlades:
         assert isinstance(settings, Settings)
         self._ctx, self._world = ctx, world
         self._block = BlockBuffer(ctx, BLADES_BLOCK)
-        self._block.set(**settings.model_dump())
-        self._prepare = {
-            "picture": build_compute(ctx, f"{_FOLDER}/prepare.comp"),
-            "shadow": build_compute(ctx, f"{_FOLDER}/prepare.comp", {"SHADOW": 1}),
-        }
+        numbers = settings.model_dump(exclude={"edge_on"})
+        self._block.set(**numbers if settings.edge_on == "drop" else {**numbers, "orientation_limit": 2.0})
+        tests = world.scene.culling
+        self._sieve = Sieve(ctx, tests, f"{_FOLDER}/width.glsl")
         stages = [f"{_FOLDER}/blade.{stage}" for stage in ("vert", "tesc", "tese", "frag")]
-        self._arrays = {
-            "picture": ctx.vertex_array(build(ctx, *stages), []),
-            "shadow": ctx.vertex_array(build(ctx, *stages, defines={"SHADOW": 1}), []),
-        }
+        self._prepare, self._arrays = {}, {}
+        for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1})):
+            self._prepare[purpose] = build_compute(
+                ctx, f"{_FOLDER}/prepare.comp", {**distance_defines(tests), **defines}
+            )
+            self._arrays[purpose] = ctx.vertex_array(build(ctx, *stages, defines=defines), [])
         self._records = ctx.buffer(reserve=_RECORD_BYTES)
-        self._prepared: dict[View, list[tuple[Seen, int]]] = {}
+        self._prepared: dict[View, list[_Part]] = {}
 
     def update(self, instant: Instant) -> None:
         """Make room for a record of every blade that some view may show; `draw` fills it once per view."""
         self._prepared.clear()
-        slots = sum(seen.blades.count for view in instant.views for seen in self._world.seen(view)) * CHUNK
-        if self._records.size < slots * _RECORD_BYTES:
-            self._records.release()
-            self._records = self._ctx.buffer(reserve=slots * _RECORD_BYTES * 5 // 4)
-        self._used = 0
+        self._used = self._commands = 0
+        seen = [seen for view in instant.views for seen in self._world.seen(view)]
+        self._records = at_least(self._ctx, self._records, sum(map(_room, seen)))
+        self._sieve.make_room(len(seen), max((each.blades.count for each in seen), default=0))
 
     def draw(self, view: View) -> None:
-        """Draw every blade that the view may show."""
+        """Draw every blade that the view shows."""
+        self._block.bind()
         if view not in self._prepared:
             self._prepared[view] = [self._fill(seen, view) for seen in self._world.seen(view)]
-        self._block.bind()
         self._ctx.patch_vertices = 1
         array = self._arrays[view.purpose]
-        for seen, offset in self._prepared[view]:
-            self._bind_records(seen, offset)
-            if "firstId" in array.program:
-                array.program["firstId"] = seen.page.first_id
-            array.render(moderngl.PATCHES, vertices=CHUNK, instances=seen.blades.count)
+        program = array.program
+        for part in self._prepared[view]:
+            self._bind_records(part)
+            program["command"] = part.command
+            if view.purpose == "picture":
+                page = part.seen.page
+                program["firstId"] = page.first_id
+                program["previousFromNow"].write(page.previous_from_now.T.astype("f4").tobytes())
+            self._sieve.draw(array, part.command)
 
-    def _fill(self, seen: Seen, view: View) -> tuple[Seen, int]:
-        """Decide about every blade in a compute shader, which runs on all cores; the stages only look up."""
-        offset, blades = self._used, seen.blades
-        self._used += blades.count * CHUNK * _RECORD_BYTES
-        self._block.bind()
-        seen.page.blades.bind_to_storage_buffer(BLADES)
-        seen.page.postures.bind_to_storage_buffer(POSTURES)
-        self._world.chunks.bind(CHUNKS)
-        self._bind_records(seen, offset)
+    def _fill(self, seen: Seen, view: View) -> "_Part":
+        """Decide about every blade in compute shaders, which run on all cores; the stages only look up."""
+        part = _Part(seen, self._used, self._commands)
+        self._used += _room(seen)
+        self._commands += 1
+        self._sieve.sift(seen.page, seen.blades, self._world.chunks, view, part.command)
+        self._bind_records(part)
         shader = self._prepare[view.purpose]
-        shader["firstChunk"] = blades.first
-        shader["chunkCount"] = blades.count
-        shader.run(*blades.groups)
+        shader["firstChunk"] = seen.blades.first
+        shader["chunkCount"] = seen.blades.count
+        if view.purpose == "picture":
+            shader["onGround"] = seen.page.thing is None
+        shader.run(*seen.blades.groups)
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-        return seen, offset
+        return part
 
-    def _bind_records(self, seen: Seen, offset: int) -> None:
-        size = seen.blades.count * CHUNK * _RECORD_BYTES
-        self._records.bind_to_storage_buffer(RECORDS, offset=offset, size=size)
+    def _bind_records(self, part: "_Part") -> None:
+        self._records.bind_to_storage_buffer(RECORDS, offset=part.offset, size=_room(part.seen))
+
+    def drawn(self, view: View) -> int:
+        """Blades that were drawn of this view in the last frame."""
+        parts = self._prepared.get(view, ())
+        kept = self._sieve.kept() if parts else ()
+        return sum(int(kept[part.command]) for part in parts)
 
     def release(self) -> None:
         """Free programs, blocks and records."""
         self._block.release()
         self._records.release()
+        self._sieve.release()
         for shader in self._prepare.values():
             shader.release()
         for array in self._arrays.values():

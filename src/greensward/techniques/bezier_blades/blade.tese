@@ -15,6 +15,8 @@ patch in uint record;
 out vec4 normalAndHeight;    // w runs from 0 at the root to 1 at the tip
 out vec3 previousClip;       // x, y, w
 flat out uint shown;         // the record
+
+uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago
 #endif
 
 void main() {
@@ -37,9 +39,8 @@ void main() {
     vec3 position_ws = centre + offset;
     vec3 previousControl, previousTip;
     unpackPosture(r.previous, root, previousControl, previousTip);
-    vec4 previous_clip = view.previous_clip_from_world
-        * vec4(bezierPoint(root, previousControl, previousTip, v) + offset, 1.0);
-    previousClip = previous_clip.xyw;
+    vec4 previous_ws = previousFromNow * vec4(bezierPoint(root, previousControl, previousTip, v) + offset, 1.0);
+    previousClip = (view.previous_clip_from_world * previous_ws).xyw;
 
     // round, not flat: the normal turns across the blade; far away it is the wall's and stops sparkling.
     // Its length does not matter, as it is stored as a direction.

@@ -13,5 +13,5 @@ struct Record {
     uint look;            // height over four times the canopy's, 0 near to 1 far
     uint wall;            // octahedral, the shading normal of far blades
     uint blade;           // index within its page
-    uint levelAndShape;   // segments, 0 where the blade is not drawn; shape
+    uint levelAndShape;   // segments, 0 where nothing is drawn; shape
 };

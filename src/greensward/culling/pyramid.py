@@ -1,0 +1,46 @@
+"""How far away the farthest of what is drawn lies, at ever coarser pixels (Greene, Kass & Miller 1993)."""
+
+import moderngl
+
+from greensward.culling.chunks import at_least
+from greensward.gpu.program import build_compute
+
+FARTHEST = 12
+"""Shader-storage binding of the pyramid."""
+_DEPTH_UNIT = 14
+
+
+def level_sizes(size: tuple[int, int]) -> list[tuple[int, int]]:
+    """Width and height of levels 1 and up, rounded up, until one texel is left; in whole steps of three levels."""
+    sizes = []
+    while len(sizes) % 3 or size != (1, 1) or not sizes:
+        size = -(-size[0] // 2), -(-size[1] // 2)
+        sizes.append(size)
+    return sizes
+
+
+class Pyramid:
+    """Maxima of a picture's linear depth over squares of 2, 4, 8, … pixels, for tests of what lies behind it."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._shader = build_compute(ctx, "culling/pyramid.comp")
+        self.farthest = ctx.buffer(reserve=4)
+        """Levels 1 and up as float32, one after the other, rows from the bottom."""
+
+    def build(self, depth: moderngl.Texture) -> None:
+        """Build it from a picture's depth, R32F metres, inf for sky, and bind it. Uses texture unit 14."""
+        sizes = level_sizes(depth.size)
+        self.farthest = at_least(self._ctx, self.farthest, sum(x * y for x, y in sizes) * 4)
+        self.farthest.bind_to_storage_buffer(FARTHEST)
+        depth.use(_DEPTH_UNIT)
+        for below in range(0, len(sizes), 3):
+            self._shader["below"] = below
+            x, y = sizes[below + 2]
+            self._shader.run(-(-x // 8), -(-y // 8))
+            self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    def release(self) -> None:
+        """Free the GPU resources."""
+        self.farthest.release()
+        self._shader.release()
