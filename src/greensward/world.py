@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.culling import ChunkTable, Span, distance_to, shares_needed
+from greensward.culling import ChunkTable, Pyramid, Span, distance_to, shares_needed
 from greensward.gpu.view import View
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
@@ -21,8 +21,8 @@ from greensward.sowing import Field, Page
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 HEAD_PX = (14.0, 5.0)  # size on the screen down to which a head has full, and simple, detail
-BLADES, POSTURES, CHUNKS, HEADS, MESHES, RECORDS = range(6)
-"""Shader-storage bindings while the field is drawn."""
+BLADES, POSTURES, CHUNKS, HEADS, MESHES, RECORDS, SOWN = range(7)
+"""Shader-storage bindings while the field is drawn, besides those of culling."""
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,11 @@ class World:
         self._motion = Postures(ctx, scene)
         self._simulated = self._colliders = None
         if scene.simulation:
-            self._colliders = Colliders(ctx, self.objects, self.placing.moving, scene.resolve)
+            self._colliders = Colliders(ctx, self.objects, heights, scripts or {}, scene.resolve)
             self._simulated = Simulated(ctx, scene, self._colliders)
         self.chunks = ChunkTable(ctx)
+        self.pyramid = Pyramid(ctx) if scene.culling.occlusion else None
+        """How far away what hides grass in the picture is; None where the scene does not ask for that."""
         self._seen: dict[View, list[Seen]] = {}
         self._closed: list[tuple[Page, Span]] = []
         self._remembering: list[tuple[Page, Span, Span]] = []
@@ -113,7 +115,7 @@ class World:
             self._motion.take(page, span, instant.time_s, instant.previous_time_s)
         if self._simulated:
             self._simulated.advance(
-                self._remembering, instant.time_s, instant.views[0].camera_ws, self.placing.at, self.field.tallest_m
+                self._remembering, instant.time_s, instant.views[0].camera_ws, self.field.tallest_m
             )
 
     @property
@@ -123,6 +125,8 @@ class World:
 
     def _cull(self, views: tuple[View, ...]) -> None:
         sowing = self.scene.sowing
+        # without the test by distance, no blade that was sown is left out within the reach
+        full_density_m = sowing.full_density_m if self.scene.culling.distance else np.inf
         self.views = views
         self._seen, self._closed, self._remembering = {view: [] for view in views}, [], []
         self.chunks.clear()
@@ -131,7 +135,7 @@ class World:
             away = distance_to(tiles, views[0].camera_ws)
             # the nearest first, so that what they hide is rejected by its depth
             order = np.argsort(away, kind="stable")
-            shares = shares_needed(tiles, views, away, sowing.full_density_m, sowing.reach_m)[:, order]
+            shares = shares_needed(tiles, views, away, full_density_m, sowing.reach_m)[:, order]
             eighths = np.ceil(shares * 8.0).astype(np.int64)
             for view, needed in zip(views, eighths, strict=True):
                 blades = self._blades(page, order, needed)
@@ -191,7 +195,7 @@ class World:
     def release(self) -> None:
         """Free the GPU resources."""
         self.chunks.release()
-        for part in (self._simulated, self._colliders, self._winds):
+        for part in (self.pyramid, self._simulated, self._colliders, self._winds):
             if part:
                 part.release()
         self._motion.release()

@@ -90,7 +90,7 @@ def test_a_program_moves_objects_by_name():
 @pytest.mark.parametrize("wrong", [(1.0, 2.0), (np.nan, 0.0, 0.0), np.zeros((3, 3))])
 def test_a_program_that_returns_nonsense_is_told(wrong):
     with pytest.raises(InputError, match="scripts: ball: must return 3 finite numbers"):
-        Placing([_ball()], _FLAT, {"ball": lambda _: wrong})
+        Placing([_ball()], _FLAT, {"ball": lambda _: wrong}).at(0.0)
 
 
 def test_a_script_for_nobody_is_told():

@@ -13,7 +13,7 @@ from greensward.scene import HeightMapGround, NoGround, NoiseGround, Scene
 Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HeightField:
     """Heights in metres, float32 (rows, columns); row 0 lies at the north edge, −size_z / 2.
 

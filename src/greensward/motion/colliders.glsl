@@ -6,8 +6,6 @@
 layout(std430, binding = 4) readonly buffer Balls { vec4 balls[]; };
 layout(std430, binding = 5) readonly buffer Cells { uint cells[]; };  // of each cell: how many, and which
 
-const int CELLS = 64;        // a side
-const uint CELL_WORDS = 32u;
 const uint TOO_MANY = 0xffffffffu;
 
 // From the axis of a ball to a point
@@ -33,8 +31,8 @@ bool collide(Blade b, int instant, vec3 root, vec3 control, inout vec3 tip, inou
     return false;
 #endif
     ivec2 cell = ivec2(floor((root.xz - colliders.low) * colliders.cells_per_m));
-    if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(CELLS)))) return false;
-    uint list = uint(cell.y * CELLS + cell.x) * CELL_WORDS, count = cells[list];
+    if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(SIDE)))) return false;
+    uint list = uint(cell.y * SIDE + cell.x) * uint(WORDS), count = cells[list];
     bool every = count == TOO_MANY, touched = false;
     if (every) count = uint(colliders.count);
     for (uint k = 0u; k < count; k++) {

@@ -1,6 +1,6 @@
 """The memory of blades: state that is carried on by fixed steps of time, on the GPU."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import moderngl
@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from greensward.culling import Span
 from greensward.gpu.program import build_compute, put
-from greensward.motion.colliders import MOST_INSTANTS, Colliders
+from greensward.motion.colliders import GRID, MOST_INSTANTS, Colliders
 from greensward.motion.postures import motion_defines
 from greensward.scene import InputError, Scene
 from greensward.sowing import Page
@@ -32,7 +32,7 @@ class Simulated:
         self._fresh: set[Page] = set()
         self._steps: int | None = None
         self._kept: tuple[moderngl.Buffer, moderngl.Buffer] | None = None
-        defines = motion_defines(scene) | ({} if colliders.count else {"NO_COLLIDERS": 1})
+        defines = motion_defines(scene) | GRID | ({} if colliders.count else {"NO_COLLIDERS": 1})
         self._begin, self._near, self._edge = (
             build_compute(ctx, "motion/simulate.comp", {**defines, **variant})
             for variant in ({"BEGIN": 1}, {}, {"EDGE": 1})
@@ -46,7 +46,6 @@ class Simulated:
         spans: Sequence[tuple[Page, Span, Span]],
         time_s: float,
         camera_ws: Floats,
-        placed_at: Callable[[float], Floats],
         tallest_m: float,
     ) -> None:
         """Carry these chunks of pages, near and at the edge, on to an instant and write their postures.
@@ -65,8 +64,7 @@ class Simulated:
         while True:
             count = min(target - self._steps, MOST_INSTANTS - 1 if self._colliders.moving else _MOST_STEPS)
             last = _SHOWN_LAST if self._steps + count == target else 0
-            times = [(self._steps + k) * step for k in range(1, count + 1)] if self._colliders.moving else []
-            self._colliders.place(np.stack([placed_at(t) for t in (*times, time_s)]), tallest_m)
+            self._colliders.place([*((self._steps + k) * step for k in range(1, count + 1)), time_s], tallest_m)
             for page, near, edge in spans:
                 for shader, span in ((self._near, near), (self._edge, edge)):
                     if span.count:

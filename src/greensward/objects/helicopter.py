@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -55,21 +56,28 @@ def helicopters(winds: Sequence[Wind], heights: HeightField) -> tuple[tuple[Obje
 
 def _script(wind: Helicopter, heights: HeightField, middle: Floats, tall: float, spin: str | None) -> Script:
     def at(time_s: float) -> Floats:
-        angle = 2.0 * math.pi * time_s / wind.period_s
-        x = wind.centre_m[0] + wind.radius_m * math.cos(angle)
-        z = wind.centre_m[1] + wind.radius_m * math.sin(angle)
-        # along the circle, banked into it, nose a little down
-        heading = about(_UP, math.atan2(-math.cos(angle), -math.sin(angle)))
-        heading = heading @ about(np.array([1.0, 0.0, 0.0]), 0.16) @ about(np.array([0.0, 0.0, 1.0]), -0.1)
+        cabin = _cabin(wind, heights, time_s)
         own = np.eye(3)
         if spin:
             axis = _UP if spin == "rotor" else np.array([0.0, 0.0, 1.0])
             own = about(axis, 2.0 * math.pi * _TURNS_PER_S * (1.0 if spin == "rotor" else 4.1) * time_s)
         matrix = np.eye(4)
-        matrix[:3, :3] = heading @ own
-        centre = np.array([x, float(heights.height(x, z)) + wind.height_m, z])
+        matrix[:3, :3] = cabin[:3, :3] @ own
         # an object's own space starts at the middle of its base
-        matrix[:3, 3] = centre + heading @ middle - matrix[:3, :3] @ np.array([0.0, 0.5 * tall, 0.0])
+        matrix[:3, 3] = cabin[:3, 3] + cabin[:3, :3] @ middle - 0.5 * tall * matrix[:3, 1]
         return matrix
 
     return at
+
+
+@lru_cache(maxsize=64)
+def _cabin(wind: Helicopter, heights: HeightField, time_s: float) -> Floats:
+    """World from the middle of the cabin, once for all parts: along the circle, banked, nose a little down."""
+    angle = 2.0 * math.pi * time_s / wind.period_s
+    x = wind.centre_m[0] + wind.radius_m * math.cos(angle)
+    z = wind.centre_m[1] + wind.radius_m * math.sin(angle)
+    matrix = np.eye(4)
+    heading = about(_UP, math.atan2(-math.cos(angle), -math.sin(angle)))
+    matrix[:3, :3] = heading @ about(np.array([1.0, 0.0, 0.0]), 0.16) @ about(np.array([0.0, 0.0, 1.0]), -0.1)
+    matrix[:3, 3] = x, float(heights.height(x, z)) + wind.height_m, z
+    return matrix

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 from greensward.ground import HeightField
-from greensward.scene import InputError, Path
+from greensward.scene import Capsule, InputError, Mesh, Path
 from greensward.scene.objects import Object
 
 Floats = npt.NDArray[np.float64]
@@ -32,43 +33,64 @@ def about(axis: Floats, angle: float) -> Floats:
     return result
 
 
-class Track:
-    """A path through its keys."""
+def about_y(angle: Floats) -> Floats:
+    """Rotations (n, 3, 3) about the vertical by angles (n,)."""
+    result = np.zeros((len(angle), 3, 3))
+    result[:, 0, 0] = result[:, 2, 2] = np.cos(angle)
+    result[:, 0, 2], result[:, 1, 1] = np.sin(angle), 1.0
+    result[:, 2, 0] = -result[:, 0, 2]
+    return result
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._times = np.array(path.times_s)
-        yaws = path.yaws_deg or (0.0,) * len(path.times_s)
-        self._keys = np.column_stack([np.array(path.positions_m), np.array(yaws)])
+
+class Tracks:
+    """All paths of a scene at once: keys one after the other, those of one path after those of another."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        counts = np.array([len(path.times_s) for path in paths], np.int64)
+        self._start = np.cumsum(counts) - counts
+        self._last = self._start + counts - 1
+        self._times = np.concatenate([np.array(path.times_s) for path in paths] or [np.zeros(0)])
+        self._keys = np.concatenate(
+            [
+                np.column_stack([np.array(path.positions_m), np.array(path.yaws_deg or [0.0] * len(path.times_s))])
+                for path in paths
+            ]
+            or [np.zeros((0, 4))]
+        )
         # tangents of a curve through all keys: Catmull & Rom 1974, for times that need not be even
-        self._slopes = np.gradient(self._keys, self._times, axis=0) if path.smooth else None
+        self._slopes = np.concatenate(
+            [
+                np.gradient(self._keys[a : b + 1], self._times[a : b + 1], axis=0)
+                for a, b in zip(self._start, self._last, strict=True)
+            ]
+            or [np.zeros((0, 4))]
+        )
+        self._smooth = np.array([[path.smooth] for path in paths], bool).reshape(-1, 1)
+        after = np.array([("stop", "repeat", "return").index(path.after) for path in paths], np.int64)
+        self._repeats, self._returns = after == 1, after == 2
+        # so that one search finds the segment of every path
+        self._shift = np.arange(len(paths)) * (float(self._times.max(initial=0.0)) + 1.0)
+        self._search = self._times + np.repeat(self._shift, counts)
 
-    def within(self, time_s: float) -> float:
-        """The time on the path, between its first and last key, that an instant means."""
-        first, last = self._times[0], self._times[-1]
-        span = last - first
-        match self._path.after:
-            case "repeat":
-                return float(first + (time_s - first) % span) if time_s > first else float(first)
-            case "return":
-                return float(first + span - abs(span - (time_s - first) % (2.0 * span))) if time_s > first else first
-            case _:
-                return float(np.clip(time_s, first, last))
+    def within(self, time_s: float) -> Floats:
+        """The time on each path, between its first and last key, that an instant means."""
+        first, last = self._times[self._start], self._times[self._last]
+        since, span = max(time_s, 0.0) - first, last - first
+        since = np.maximum(since, 0.0)
+        again = np.where(self._returns, span - np.abs(span - since % (2.0 * span)), since % span)
+        result: Floats = first + np.where(self._repeats | self._returns, again, np.minimum(since, span))
+        return result
 
-    def at(self, time_s: float) -> Floats:
-        """Position and yaw in degrees, (4,), at a time on the path."""
-        i = int(np.clip(np.searchsorted(self._times, time_s, side="right") - 1, 0, len(self._times) - 2))
-        span = self._times[i + 1] - self._times[i]
-        t = (time_s - self._times[i]) / span
-        a, b = self._keys[i], self._keys[i + 1]
-        result: Floats = a + t * (b - a)
-        if self._slopes is not None:
-            # cubic Hermite
-            result += (
-                t
-                * (1.0 - t)
-                * ((1.0 - t) * (self._slopes[i] * span - b + a) - t * (self._slopes[i + 1] * span - b + a))
-            )
+    def at(self, on_path: Floats) -> Floats:
+        """Position and yaw in degrees, (paths, 4), at a time on each path."""
+        i = np.searchsorted(self._search, on_path + self._shift, side="right") - 1
+        i = np.clip(i, self._start, self._last - 1)
+        span = (self._times[i + 1] - self._times[i])[:, None]
+        t = (on_path - self._times[i])[:, None] / span
+        a, way = self._keys[i], self._keys[i + 1] - self._keys[i]
+        # cubic Hermite, as what it adds to the straight line
+        bow = t * (1.0 - t) * ((1.0 - t) * (self._slopes[i] * span - way) - t * (self._slopes[i + 1] * span - way))
+        result: Floats = a + t * way + np.where(self._smooth, bow, 0.0)
         return result
 
 
@@ -78,74 +100,83 @@ class Placing:
     def __init__(
         self, things: Sequence[Object], heights: HeightField, scripts: Mapping[str, Script] | None = None
     ) -> None:
-        self._things, self._heights = things, heights
+        self._heights = heights
         names = {thing.name for thing in things if thing.name}
         for name in scripts or {}:
             if name not in names:
-                raise InputError(f"scripts: no object of the scene is named {name!r}; named are {sorted(names)}")
-        self._scripts = [(scripts or {}).get(thing.name) if thing.name else None for thing in things]
-        self._tracks = [Track(thing.path) if thing.path else None for thing in things]
-        self._rolled = {i: self._rolling(i) for i, thing in enumerate(things) if thing.path and thing.path.rolls}
-        self.moving = [
-            script is not None or track is not None for script, track in zip(self._scripts, self._tracks, strict=True)
+                named = f"; named are {', '.join(sorted(names))}" if names else ""
+                raise InputError(f"scripts: no object of the scene is named {name!r}{named}")
+        self._scripts = {
+            i: (thing.name, scripts[thing.name])
+            for i, thing in enumerate(things)
+            if scripts and thing.name in scripts
+        }
+        self._on_path = [i for i, thing in enumerate(things) if thing.path and i not in self._scripts]
+        self.moving = [i in self._scripts or thing.path is not None for i, thing in enumerate(things)]
+        self._lean = np.array([turn(0.0, thing.lean_deg) for thing in things]).reshape(-1, 3, 3)
+        self._yaw = np.radians([thing.yaw_deg for thing in things])
+        paths = [path for i in self._on_path if (path := things[i].path)]
+        self._tracks = Tracks(paths)
+        self._middle = np.array([[0.0, 0.5 * _height_of(things[i]), 0.0] for i in self._on_path]).reshape(-1, 3)
+        self._rolling = [
+            (k, _Rolling(path, radius))
+            for k, (path, radius) in enumerate(zip(paths, self._middle[:, 1], strict=True))
+            if path.rolls
         ]
-        self._still = np.stack([self._place(i, 0.0) for i in range(len(things))]) if things else np.zeros((0, 4, 4))
+        self._still = np.tile(np.eye(4), (len(things), 1, 1))
+        self._stand(slice(None), np.array([thing.position_m for thing in things]).reshape(-1, 3), self._still)
+        self._still[:, :3, :3] = about_y(self._yaw) @ self._lean
+
+    def _stand(self, at: slice | list[int], positions: Floats, matrices: Floats) -> None:
+        """Put objects at positions whose y counts from the ground."""
+        matrices[at, :3, 3] = positions
+        matrices[at, 1, 3] += self._heights.height(positions[:, 0], positions[:, 2])
 
     def at(self, time_s: float) -> Floats:
         """World from own space of every object, (objects, 4, 4)."""
         placed = self._still.copy()
-        for i, moves in enumerate(self.moving):
-            if moves:
-                placed[i] = self._place(i, time_s)
-        return placed
-
-    def _place(self, i: int, time_s: float) -> Floats:
-        thing, script, track = self._things[i], self._scripts[i], self._tracks[i]
-        matrix = np.eye(4)
-        matrix[:3, :3] = turn(thing.yaw_deg, thing.lean_deg)
-        position = np.array(thing.position_m)
-        if script is not None:
+        if self._on_path:
+            on_path = self._tracks.within(time_s)
+            keys = self._tracks.at(on_path)
+            turns = about_y(self._yaw[self._on_path] + np.radians(keys[:, 3])) @ self._lean[self._on_path]
+            for k, rolling in self._rolling:
+                turns[k] = rolling.at(float(on_path[k]), keys[k, [0, 2]]) @ turns[k]
+            placed[self._on_path, :3, :3] = turns
+            self._stand(self._on_path, keys[:, :3], placed)
+            for k, _ in self._rolling:
+                # it turns about its middle, not about its base
+                placed[self._on_path[k], :3, 3] += self._middle[k] - turns[k] @ self._middle[k]
+        for i, (name, script) in self._scripts.items():
             given = np.asarray(script(time_s), np.float64)
             if given.shape not in ((3,), (4, 4)) or not np.isfinite(given).all():
                 raise InputError(
-                    f"scripts: {thing.name}: must return 3 finite numbers or a 4 × 4 matrix (got {given.tolist()})"
+                    f"scripts: {name}: must return 3 finite numbers or a 4 × 4 matrix (got {given.tolist()})"
                 )
             if given.shape == (4, 4):
-                return given
-            position = given
-        elif track is not None:
-            on_path = track.within(time_s)
-            *position, yaw = track.at(on_path)  # type: ignore[assignment]
-            matrix[:3, :3] = turn(thing.yaw_deg + float(yaw), thing.lean_deg)
-            if i in self._rolled:
-                matrix[:3, :3] = self._rolled[i](on_path) @ matrix[:3, :3]
-        x, y, z = (float(v) for v in position)
-        matrix[:3, 3] = x, y + float(self._heights.height(x, z)), z
-        if i in self._rolled:
-            # it turns about its middle, not about its base
-            middle = np.array([0.0, 0.5 * _height_of(thing), 0.0])
-            matrix[:3, 3] += middle - matrix[:3, :3] @ middle
-        return matrix
+                placed[i] = given
+            else:
+                self._stand([i], given[None], placed)
+        return placed
 
-    def _rolling(self, i: int) -> Callable[[float], Floats]:
-        """How far a ball has rolled at a time on its path, added up along it."""
-        track = self._tracks[i]
-        assert track is not None
-        times = np.concatenate(
-            [np.linspace(a, b, _STEPS, endpoint=False) for a, b in zip(track._times, track._times[1:], strict=False)]
-            + [track._times[-1:]]
+
+class _Rolling:
+    """How far a ball has rolled along its path, added up in small steps."""
+
+    def __init__(self, path: Path, radius: float) -> None:
+        track = Tracks([path])
+        self._times = np.concatenate(
+            [*(np.linspace(a, b, _STEPS, endpoint=False) for a, b in pairwise(path.times_s)), path.times_s[-1:]]
         )
-        places = np.stack([track.at(t)[[0, 2]] for t in times])
-        radius = 0.5 * _height_of(self._things[i])
-        turns = [np.eye(3)]
-        for step in np.diff(places, axis=0):
-            turns.append(_rolled(step, radius) @ turns[-1])
+        self._places = np.stack([track.at(np.array([t]))[0, [0, 2]] for t in self._times])
+        self._radius = radius
+        self._turns = [np.eye(3)]
+        for step in np.diff(self._places, axis=0):
+            self._turns.append(_rolled(step, radius) @ self._turns[-1])
 
-        def at(time_s: float) -> Floats:
-            k = int(np.clip(np.searchsorted(times, time_s, side="right") - 1, 0, len(times) - 1))
-            return _rolled(track.at(time_s)[[0, 2]] - places[k], radius) @ turns[k]
-
-        return at
+    def at(self, on_path: float, place: Floats) -> Floats:
+        """Rotation (3, 3) at a time on the path, where the ball is at `place`, x and z."""
+        k = int(np.searchsorted(self._times, on_path, side="right")) - 1
+        return _rolled(place - self._places[k], self._radius) @ self._turns[k]
 
 
 def _rolled(step: Floats, radius: float) -> Floats:
@@ -158,6 +189,10 @@ def _rolled(step: Floats, radius: float) -> Floats:
 
 def _height_of(thing: Object) -> float:
     """Height of a solid; a mesh rolls as a ball of one metre times its scale."""
-    if hasattr(thing, "size_m"):
-        return float(thing.size_m[1])
-    return float(getattr(thing, "length_m", 0.0) or getattr(thing, "scale", 1.0))
+    match thing:
+        case Mesh():
+            return thing.scale
+        case Capsule():
+            return thing.length_m
+        case _:
+            return thing.size_m[1]
