@@ -260,7 +260,7 @@ def test_without_trimesh(tmp_path, monkeypatch):
 
 
 def test_check_reads_meshes_as_meshes_and_their_maps_as_pictures(tmp_path):
-    written(tmp_path / "good.obj", TRIANGLE + "f 1 2 3\n")
+    written(tmp_path / "good.obj", TRIANGLE + "vt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n")
     written(tmp_path / "bad.obj", TRIANGLE)
     things = [("good.obj", "good.obj"), ("bad.obj", "gone.png")]
     text = "".join(
@@ -275,3 +275,23 @@ def test_check_reads_meshes_as_meshes_and_their_maps_as_pictures(tmp_path):
     assert "object[1].file: " in second
     assert second.endswith("bad.obj: holds no triangles")
     assert "object[1].grass.density_map: no such file" in third
+
+
+@pytest.mark.parametrize(
+    ("grass", "told"),
+    [('density_map = "gone.png"', "has no texture coordinates"), ('density_from = "colours"', "has no vertex colours")],
+)
+def test_check_tells_what_a_mesh_lacks_for_its_grass(tmp_path, grass, told):
+    written(tmp_path / "plain.obj", TRIANGLE + "f 1 2 3\n")
+    text = f'[[object]]\nkind = "mesh"\nposition_m = [0, 0, 0]\nfile = "plain.obj"\ngrass.{grass}\n'
+    with pytest.raises(SceneError) as caught:
+        load(written(tmp_path / "a.toml", text), read_file=_read)
+    assert any("object[0].file: " in problem and told in problem for problem in caught.value.problems)
+
+
+def test_a_file_that_changes_is_read_anew(tmp_path):
+    path = written(tmp_path / "a.obj", TRIANGLE + "f 1 2 3\n")
+    first = read_mesh(path)
+    assert read_mesh(path) is first
+    written(path, TRIANGLE + "f 1 2 3\nf 3 2 1\n")
+    assert len(read_mesh(path).triangles) == 2

@@ -44,10 +44,15 @@ def _read(key: str, path: Path, table: Mapping[str, Any]) -> None:
 
     from greensward.io.meshes import read_mesh
     from greensward.io.rasters import read_heights, read_rgba
+    from greensward.scene.errors import InputError
     from greensward.scene.ground import HeightMapGround
 
     if key.startswith("object") and key.endswith(".file"):
-        read_mesh(path)
+        mesh, fur = read_mesh(path), table.get("grass")
+        if isinstance(fur, dict) and fur.get("density_from") == "colours" and mesh.colours is None:
+            raise InputError(f"{path}: has no vertex colours for grass.density_from")
+        if isinstance(fur, dict) and fur.get("density_map") and mesh.uv is None:
+            raise InputError(f"{path}: has no texture coordinates for grass.density_map")
         return
     if key != "ground.file":
         read_rgba(path)

@@ -4,14 +4,14 @@ import contextlib
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from greensward.io.rasters import _decoding, _open
+from greensward.io.rasters import decoding, open_file
 from greensward.scene.errors import InputError
 
 MOST_TRIANGLES = 20_000_000
@@ -56,10 +56,24 @@ def read_mesh(path: Path) -> TriMesh:
     """The triangles of a glTF, OBJ, PLY or STL file as it places them, all of its parts joined.
 
     Triangles without area are left out. Normals that the file lacks are smooth, but for sharp edges. Where only
-    some parts have colours, the others are white. Pictures that the file names are not needed.
+    some parts have colours, the others are white. Pictures that the file names are not needed. What was read last is
+    kept until the file changes.
 
     Raises `InputError` for a file that cannot be read or holds no surface, and where trimesh is not installed.
     """
+    try:
+        stamp = path.stat()
+    except OSError:
+        return _read(path)
+    return _kept(path, stamp.st_mtime_ns, stamp.st_size)
+
+
+@lru_cache(maxsize=4)
+def _kept(path: Path, _changed_ns: int, _bytes: int) -> TriMesh:
+    return _read(path)
+
+
+def _read(path: Path) -> TriMesh:
     ending = path.suffix.lower()
     if ending not in ENDINGS:
         got = f"got {path.suffix}" if path.suffix else "it has none"
@@ -72,7 +86,7 @@ def read_mesh(path: Path) -> TriMesh:
         ) from None
     # glTF's texture coordinates come with its materials only
     options: dict[str, Any] = {"skip_materials": True} if ending == ".obj" else {}
-    with _open(path) as stream, _decoding(path, "a mesh of glTF, OBJ, PLY or STL"), _silence():
+    with open_file(path) as stream, decoding(path, "a mesh of glTF, OBJ, PLY or STL"), _silence():
         scene: Any = trimesh.load_scene(
             stream,
             file_type=ending[1:],

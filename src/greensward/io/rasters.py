@@ -52,7 +52,7 @@ def read_heights(
 
     Raises `InputError` for a file that cannot be read or makes no ground.
     """
-    with _open(path) as stream:
+    with open_file(path) as stream:
         magic = stream.read(6)
         stream.seek(0)
         full: float | None = None
@@ -89,7 +89,7 @@ def read_rgba(path: Path) -> npt.NDArray[np.uint8]:
     Grey is repeated into all colours, 16 bits become 8, and without alpha it is 255 throughout.
     Raises `InputError` for a file that cannot be read or is no picture.
     """
-    with _open(path) as stream, _picture(path, stream) as picture:
+    with open_file(path) as stream, _picture(path, stream) as picture:
         if picture.mode == "F":
             raise InputError(f"{path}: holds floating-point values; save it as a picture of 8 bits")
         if picture.mode.startswith("I"):
@@ -153,7 +153,7 @@ def check_writable(path: Path, endings: tuple[str, ...] = tuple(PICTURES)) -> No
 # Files ------------------------------------------------------------------------------------------------------
 
 
-def _open(path: Path) -> IO[bytes]:
+def open_file(path: Path) -> IO[bytes]:
     """The file, which is there, is a file, and is not empty."""
     try:
         if path.is_dir():
@@ -170,7 +170,7 @@ def _open(path: Path) -> IO[bytes]:
 
 
 @contextlib.contextmanager
-def _decoding(path: Path, what: str) -> Iterator[None]:
+def decoding(path: Path, what: str) -> Iterator[None]:
     """Decoders raise nearly anything on damaged data, and warn; a user is told one sentence."""
     try:
         with warnings.catch_warnings():
@@ -201,7 +201,7 @@ def _check_shape(path: Path, shape: tuple[int, ...]) -> None:
 def _picture(path: Path, stream: IO[bytes]) -> Iterator[Image.Image]:
     """The opened picture, of a size that we accept. Decoding errors inside become `InputError`."""
     kinds = "a picture of PNG, TIFF, JPEG, WebP or BMP"
-    with _decoding(path, kinds):
+    with decoding(path, kinds):
         with _pillow_limit:
             # Pillow refuses large pictures by a limit below ours and without telling their size.
             theirs, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
@@ -244,7 +244,7 @@ def _grey(path: Path, stream: IO[bytes]) -> tuple[Array, float | None, float | N
 
 def _npy_array(path: Path, stream: IO[bytes]) -> Array:
     """The array of an `.npy` stream; its header is judged before its data is read."""
-    with _decoding(path, "an array of NumPy"):
+    with decoding(path, "an array of NumPy"):
         version = np.lib.format.read_magic(stream)
         read_header = {
             (1, 0): np.lib.format.read_array_header_1_0,
@@ -262,7 +262,7 @@ def _npy_array(path: Path, stream: IO[bytes]) -> Array:
 
 
 def _npz_array(path: Path, stream: IO[bytes], key: str | None) -> Array:
-    with _decoding(path, "an .npz file"), zipfile.ZipFile(stream) as archive:
+    with decoding(path, "an .npz file"), zipfile.ZipFile(stream) as archive:
         keys = [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
         listed = ", ".join(keys[:12]) + ", …" * (len(keys) > 12)
         if not keys:

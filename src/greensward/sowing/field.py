@@ -9,6 +9,7 @@ from greensward.gpu.memory import available_bytes
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.scene import InputError, Scene
 from greensward.sowing.carrying import Carrying
+from greensward.sowing.growth import cover_at
 from greensward.sowing.pages import BLADE_BYTES, POSTURE_BYTES, Floats, Page, Tiles
 from greensward.sowing.sower import TILE, Sower, Table
 from greensward.sowing.species import SWARD_BLOCK, leaf_edge_m, sward_values
@@ -90,6 +91,9 @@ class Field:
         """
         if self._carrying:
             self._carrying.carry(self.pages, placed, time_s)
+        if self._scene.growth:
+            self.block.set(grown=cover_at(self._scene.growth, time_s))
+            self.block.bind()
 
     def _tiles(self, focus: Floats, slack_m: float) -> Table:
         """Tiles that touch the reach: small ones near the focus, each level twice the size of the last."""

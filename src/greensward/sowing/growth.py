@@ -34,3 +34,12 @@ def phase_at(growth: Growth, time_s: float) -> float:
     """
     full = 1.0 + growth.spread
     return float(np.clip(growth.age * full + time_s / growth.time_s, 0.0, full))
+
+
+def cover_at(growth: Growth | None, time_s: float) -> float:
+    """Mean cover of the field as a part of the full-grown one's: height times width over all ages at a time."""
+    if growth is None:
+        return 1.0
+    ages = np.clip(phase_at(growth, time_s) - growth.spread * np.linspace(0.0, 1.0, 33), 0.0, 1.0)
+    tall, wide = (np.interp(ages, *np.array(curve).T) for curve in (growth.height, growth.width))
+    return float(np.minimum(tall * wide, 1.0).mean())

@@ -8,6 +8,7 @@ from greensward.gpu.blocks import declare
 from greensward.scene import Grass, Scene
 from greensward.scene.base import linear
 from greensward.scene.grass import HEADS, SHAPES
+from greensward.sowing.growth import cover_at
 
 MOST_SPECIES = 16
 ROWS = 9
@@ -28,6 +29,7 @@ SWARD_BLOCK = declare(
     ("reach_m", "float"),
     ("canopy_m", "float"),
     ("leaf_m", "float"),
+    ("grown", "float"),  # cover so far, as a part of the full-grown field's
 )
 
 
@@ -74,4 +76,5 @@ def sward_values(scene: Scene) -> dict[str, object]:
         "reach_m": sowing.reach_m,
         "canopy_m": float((shares * heights).sum() / max(shares.sum(), 1e-9)) * 0.8,
         "leaf_m": leaf_edge_m(sowing.density_per_m2),
+        "grown": cover_at(scene.growth, 0.0),
     }
