@@ -1,0 +1,74 @@
+"""Every preset draws, moves, and says in its file what it is; every kind of wind moves grass."""
+
+import numpy as np
+import pytest
+
+import greensward as gs
+from greensward.scene.wind import Wind
+from greensward.techniques import TECHNIQUES
+from small_scenes import small_scene
+
+_PRESETS = ("jahrmann2017-balls", "meadow", "planet", "yan2024-helicopter", "yan2024-random", "yan2024-strong")
+_WINDS = [{"kind": kind} for kind in ("gusts", "strong", "helicopter", "random", "waves", "blast", "whirl")]
+
+
+def thin(scene: gs.Scene) -> gs.Scene:
+    """The same scene with few blades."""
+    sowing = scene.sowing.model_copy(update={"density_per_m2": 30.0, "reach_m": 40.0})
+    things = tuple(
+        thing.model_copy(update={"grass": thing.grass.model_copy(update={"density_per_m2": 60.0})})
+        if thing.grass
+        else thing
+        for thing in scene.object
+    )
+    quick = scene.simulation and scene.simulation.model_copy(update={"settle_s": 0.1})
+    shadows = scene.shadows.model_copy(update={"size_px": 128})
+    return scene.model_copy(update={"sowing": sowing, "object": things, "simulation": quick, "shadows": shadows})
+
+
+def test_these_are_the_presets():
+    assert tuple(gs.presets()) == _PRESETS
+    assert all(title and summary for title, summary in gs.presets().values())
+
+
+@pytest.mark.parametrize("name", _PRESETS)
+def test_a_preset_survives_toml_and_moves(renderer, name, tmp_path):
+    scene = gs.load(name)
+    (tmp_path / "scene.toml").write_text(gs.dump(scene), encoding="utf-8")
+    assert gs.load(tmp_path / "scene.toml").model_dump() == scene.model_dump()
+    drawn = renderer(thin(scene))
+    first, second = (drawn.render(time_s, aovs=["class"]) for time_s in (0.3, 0.6))
+    assert (first.truth["class"] == 2).mean() > 0.1
+    assert (np.abs(first.image.astype(int) - second.image).max(-1) > 8).mean() > 0.01
+
+
+def test_grass_hangs_under_the_planet(renderer):
+    """Roots all around it, and every blade grows away from its middle."""
+    frame = renderer(thin(gs.load("planet")), size=(160, 160)).render(0.0, aovs=["class", "normal"])
+    rows = np.nonzero((frame.truth["class"] == 2).any(axis=1))[0]
+    middle = 0.5 * (rows.min() + rows.max())
+    above, below = (frame.truth["class"][part] == 2 for part in (slice(0, int(middle)), slice(int(middle), None)))
+    assert 0.6 < below.sum() / above.sum() < 1.6
+    assert frame.truth["class"][0].max() == frame.truth["class"][-1].max() == 0, "there is sky above and below"
+
+
+@pytest.mark.parametrize("technique", [technique.name for technique in TECHNIQUES])
+@pytest.mark.parametrize("wind", _WINDS, ids=lambda wind: wind["kind"])
+@pytest.mark.parametrize("simulated", [False, True], ids=["closed form", "with memory"])
+def test_every_wind_moves_grass_with_every_technique(renderer, technique, wind, simulated):
+    scene = small_scene(
+        wind=[wind],
+        technique={"name": technique},
+        simulation={"settle_s": 0.1} if simulated else None,
+        object=[],
+    )
+    drawn = renderer(scene)
+    first, second = (drawn.render(time_s).image.astype(int) for time_s in (0.4, 0.8))
+    still = renderer(scene.model_copy(update={"wind": ()})).render(0.8).image.astype(int)
+    assert (np.abs(first - second).max(-1) > 8).mean() > 0.01
+    assert (np.abs(second - still).max(-1) > 8).mean() > 0.02
+
+
+def test_every_kind_of_wind_is_tried():
+    kinds = {model.model_fields["kind"].annotation.__args__[0] for model in Wind.__args__[0].__args__}
+    assert kinds - {"texture"} == {wind["kind"] for wind in _WINDS}  # painted wind: tests/motion/test_winds.py
