@@ -88,6 +88,30 @@ def test_every_preset_loads_and_has_a_title(name):
             "wind[0].kind: must be one of gusts, strong, helicopter, random, waves, blast, whirl, texture"
             ' (got "calm")',
         ),
+        (
+            "object = [{kind = 'box', position_m = [0, 0, 0], grass = {density_from = 'colours'}}]",
+            'object[0]: grass.density_from = "colours" needs a mesh',
+        ),
+        (
+            "object = [{kind = 'box', position_m = [0, 0, 0], path = {times_s = [1], positions_m = [[0, 0, 0]]}}]",
+            "object[0].path.times_s: must hold at least 2 values (got 1)",
+        ),
+        (
+            "object = [{kind = 'box', position_m = [0, 0, 0], "
+            "path = {times_s = [2, 1], positions_m = [[0, 0, 0], [1, 0, 0]]}}]",
+            "object[0].path: times_s must rise from key to key (got 1 after 2)",
+        ),
+        (
+            "object = [{kind = 'capsule', position_m = [0, 0, 0], radius_m = 0}]",
+            "object[0].radius_m: must be above 0 (got 0)",
+        ),
+        (
+            "object = [{kind = 'capsule', position_m = [0, 0, 0], radius_m = 1e9}]",
+            "object[0].radius_m: must be at most 10000",
+        ),
+        ("wind = [{kind = 'texture', files = []}]", "wind[0].files: must hold at least 1 value"),
+        ("growth = {height = [[0.5, 1], [0.2, 1]]}", "growth.height: must hold [age, factor] pairs with rising ages"),
+        ("simulation = {step_s = 1.0}", "simulation.step_s: must be at most 0.1 (got 1.0)"),
         ("object = [{kind = 'box', position_m = [1]}]", "object[0].position_m: must hold 3 values (got 1)"),
         ("camera = {near_m = 10, far_m = 1}", "camera: far_m must be above near_m"),
         ("camera.target_m = [0, 1e7, 0]", "camera.target_m[1]: must be at most 1000000 (got 10000000.0)"),

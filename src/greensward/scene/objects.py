@@ -75,6 +75,12 @@ class _Object(Model):
     grass: Fur | None = None
     """Grass on its surface. Without it, it has none."""
 
+    @model_validator(mode="after")
+    def _has_colours(self) -> Self:
+        if self.grass and self.grass.density_from == "colours" and not isinstance(self, Mesh):
+            raise ValueError('grass.density_from = "colours" needs a mesh, which may have vertex colours')
+        return self
+
 
 class _Solid(_Object):
     size_m: tuple[_Extent, _Extent, _Extent] = (1.0, 1.0, 1.0)

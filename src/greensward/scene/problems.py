@@ -36,6 +36,8 @@ def sentences(
             rule = one_of(given, [str(kind_of(option)) for option in models])
         elif "expected" in context:
             rule = one_of(given, re.findall(r"'([^']*)'", context["expected"]))
+        elif kind == "too_short":
+            rule = f"must hold at least {context['min_length']} values (got {context['actual_length']})"
         elif kind == "too_long":
             rule = f"must hold at most {context['max_length']} values (got {context['actual_length']})"
         else:
