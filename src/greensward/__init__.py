@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from greensward.library import dump, load, presets
-    from greensward.renderer import Frame, Renderer
+    from greensward.renderer import Counts, Frame, Renderer
     from greensward.scene import (
         Blast,
         Box,
@@ -45,13 +45,21 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_HOMES = {"dump": "library", "load": "library", "presets": "library", "Frame": "renderer", "Renderer": "renderer"}
+_HOMES = {
+    "dump": "library",
+    "load": "library",
+    "presets": "library",
+    "Counts": "renderer",
+    "Frame": "renderer",
+    "Renderer": "renderer",
+}
 
 __all__ = [
     "Blast",
     "Box",
     "Camera",
     "Capsule",
+    "Counts",
     "Culling",
     "Cylinder",
     "FlatGround",

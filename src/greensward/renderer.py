@@ -20,7 +20,7 @@ from greensward.gpu.timers import PassTimers
 from greensward.gpu.view import VIEW_BLOCK, View, look, view_values
 from greensward.ground import HeightField
 from greensward.objects.placing import Script
-from greensward.passes.gbuffer import GBuffer
+from greensward.passes.gbuffer import BladePixels, GBuffer
 from greensward.passes.heads import Heads
 from greensward.passes.lighting import Lighting
 from greensward.passes.post import Post
@@ -38,6 +38,20 @@ _LONGEST_S = 1e9  # single precision tells no seconds apart long before
 
 
 @dataclass(frozen=True)
+class Counts:
+    """How many blades it took to draw a picture."""
+
+    considered: int = 0
+    """Blades in the parts of the field that the camera may see, handed to the tests of `[culling]`."""
+    simulated: int = 0
+    """Blades whose memory was carried on."""
+    drawn: int = 0
+    """Blades that the tests left."""
+    pixels: int = 0
+    """Pixels of the first sample that show a blade of grass."""
+
+
+@dataclass(frozen=True)
 class Frame:
     """A picture and its ground truth."""
 
@@ -45,6 +59,8 @@ class Frame:
     """sRGB, (height, width, 3), top row first."""
     truth: Truth = field(default_factory=dict)
     """See `greensward.truth.read_truth`; with `camera`, a JSON string."""
+    counts: Counts | None = None
+    """How many blades it took."""
 
 
 class Renderer:
@@ -92,6 +108,7 @@ class Renderer:
                 self._owned.release()
             raise
         self._view: View | None = None
+        self._counts: Counts | None = None
         self._seen_from: tuple[Camera, tuple[int, int]] | None = None
         self._all_views: tuple[View, ...]
         self._shadow_views: tuple[View, ...]
@@ -118,6 +135,7 @@ class Renderer:
         self._heads = Heads(ctx, self._world)
         self._shadows = ShadowMaps(ctx, self._world)
         self._gbuffer = GBuffer(ctx, size, self._depth)
+        self._blade_pixels = BladePixels(ctx)
         self._lighting = Lighting(ctx, self.scene, size, shell)
         self._post = Post(ctx, size, shell)
 
@@ -130,6 +148,17 @@ class Renderer:
     def blades_in_view(self) -> int:
         """Blades handed to the technique for the last picture, before its own tests."""
         return sum(seen.blades.items for seen in self._world.seen(self._view)) if self._view else 0
+
+    @property
+    def counts(self) -> Counts:
+        """How many blades the last picture took. Asked for the first time after a frame, it waits for the GPU."""
+        if self._view is None:
+            return Counts()
+        if self._counts is None:
+            with self._kept():
+                drawn, pixels = self._technique.drawn(self._view), self._blade_pixels.read()
+            self._counts = Counts(*self._handed, drawn, pixels)
+        return self._counts
 
     @property
     def field_bytes(self) -> int:
@@ -153,7 +182,7 @@ class Renderer:
             truth = self._draw(time_s, camera, aovs, progress)
             with self._stage("draw"):
                 image = self._post.read()
-        return Frame(image, truth)
+            return Frame(image, truth, self.counts)
 
     def draw(self, framebuffer: moderngl.Framebuffer, time_s: float = 0.0, *, camera: Camera | None = None) -> None:
         """Draw the scene into a framebuffer of the caller's context, of any size, and keep the GL state.
@@ -246,9 +275,12 @@ class Renderer:
                     values = view_values(view, previous_view, jitter(sample))
                     values["jittered_clip_from_world"] = self._depth.matrix(values["jittered_clip_from_world"])
                     self._view_blocks[0].set(**values)
-                    self._surfaces(self._gbuffer.framebuffer, view, 0)
+                    self._surfaces(self._gbuffer.framebuffer, view, 0, hiding=sample == 0)
                 with self.timers.measure("ground"):
                     self._terrain.paint(self._gbuffer)
+                if sample == 0:
+                    with self.timers.measure("post"):
+                        self._blade_pixels.count(self._gbuffer)
                 if sample == 0 and aovs:
                     truth = read_truth(self._gbuffer, aovs)
                 with self.timers.measure("light"):
@@ -263,7 +295,8 @@ class Renderer:
         if aovs:
             view_from_world, _ = self.camera_matrices(camera)
             truth["camera"] = np.array(camera_record(camera, view.clip_from_world, view_from_world, self.size))
-        self._view = view
+        self._view, self._counts = view, None
+        self._handed = self.blades_in_view, self._world.blades_simulated
         return truth
 
     def _move(self, time_s: float, camera: Camera) -> Instant:
@@ -293,19 +326,24 @@ class Renderer:
             self._all_views = view, *self._shadow_views
         return self._picture, self._shadow_views
 
-    def _surfaces(self, target: moderngl.Framebuffer, view: View, slot: int) -> None:
-        """Everything that has a surface, unlit, from one view."""
+    def _surfaces(self, target: moderngl.Framebuffer, view: View, slot: int, hiding: bool = False) -> None:
+        """Everything that has a surface, unlit, from one view. `hiding` builds the pyramid of what hides grass."""
         self._view_blocks[slot].bind()
         target.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
-        for name, draw in (
-            ("objects", self._solids.draw),
-            ("grass", self._technique.draw),
-            ("heads", self._heads.draw),
-            ("ground", self._terrain.draw),  # last: where grass hides it, its shader does not run
-        ):
+        objects, ground = ("objects", self._solids.draw), ("ground", self._terrain.draw)
+        grass = ("grass", self._technique.draw), ("heads", self._heads.draw)
+        # the ground last: where grass hides it, its shader does not run
+        passes = [objects, *grass, ground]
+        if hiding and self._world.pyramid:
+            passes = [objects, ground, ("ground", self._build_pyramid), *grass]
+        for name, draw in passes:
             with self.timers.measure(name if view.purpose == "picture" else "shadows"):
                 draw(view)
+
+    def _build_pyramid(self, _view: View) -> None:
+        assert self._world.pyramid
+        self._world.pyramid.build(self._gbuffer.depth)
 
     def _check_size(self, size: tuple[int, int]) -> None:
         if self.ctx.version_code < 430:
@@ -337,6 +375,7 @@ class Renderer:
                 self._terrain,
                 self._shadows,
                 self._gbuffer,
+                self._blade_pixels,
                 self._lighting,
                 self._post,
                 self._world,

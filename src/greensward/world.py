@@ -66,8 +66,10 @@ class World:
             self._colliders = Colliders(ctx, self.objects, heights, scripts or {}, scene.resolve)
             self._simulated = Simulated(ctx, scene, self._colliders)
         self.chunks = ChunkTable(ctx)
-        self.pyramid = Pyramid(ctx) if scene.culling.occlusion else None
-        """How far away what hides grass in the picture is; None where the scene does not ask for that."""
+        hills = heights.there and heights.highest_m > heights.lowest_m
+        hiding = hills or any(thing.drawn for thing in self.objects)
+        self.pyramid = Pyramid(ctx) if scene.culling.occlusion and hiding else None
+        """How far away what hides grass in the picture is; None where nothing can, or the scene asks for none."""
         self._seen: dict[View, list[Seen]] = {}
         self._closed: list[tuple[Page, Span]] = []
         self._remembering: list[tuple[Page, Span, Span]] = []

@@ -5,23 +5,27 @@ import pytest
 
 from greensward.gpu.view import VIEW_BLOCK
 from greensward.sowing.species import SWARD_BLOCK
+from oracles import culling
 from shader_calls import shader_call
 
 _FULL, _REACH = 5.0, 40.0
 
 
-def _presence(ctx, rank: np.ndarray, distance: np.ndarray, density: float = 1.0, name: str = "here") -> np.ndarray:
+def _presence(
+    ctx, rank: np.ndarray, distance: np.ndarray, density: float = 1.0, name: str = "here", source: str = ""
+) -> np.ndarray:
     body = (
         "Blade b; b.chance = packUnorm2x16(vec2(sqrt(rank), 0.0));"
         f" float widening; float here = presence(b, d, widening); result = {name};"
     )
     return shader_call(
         ctx,
-        "culling/presence.glsl",
+        "" if source else "culling/presence.glsl",
         body,
         {"rank": rank.astype(np.float32), "d": distance.astype(np.float32)},
         "float",
         blocks={SWARD_BLOCK: {"full_density_m": _FULL, "reach_m": _REACH}, VIEW_BLOCK: {"density": density}},
+        source=source,
     )
 
 
@@ -66,3 +70,20 @@ def test_blades_that_stay_widen_as_the_others_go(ctx):
 def test_a_view_without_blades_has_none(ctx):
     rank, distance = _grid()
     assert (_presence(ctx, np.append(rank, 0.0), np.append(distance, 0.0), 0.0) == 0.0).all()
+
+
+@pytest.mark.parametrize("density", [1.0, 0.3])
+def test_against_the_oracle(ctx, density):
+    rank, distance = _grid()
+    expected = culling.presence(rank, distance, _FULL, _REACH, density)
+    away_from_steps = np.abs(rank - density) > 1e-4  # ranks are stored in 16 bits
+    assert np.abs(_presence(ctx, rank, distance, density) - expected)[away_from_steps].max() < 2e-3
+
+
+@pytest.mark.parametrize("density", [1.0, 0.5])
+def test_all_distances_are_alike_without_the_test(ctx, density):
+    rank, distance = _grid()
+    every = '#define ALL_DISTANCES 1\n#include "culling/presence.glsl"'
+    here, widening = (_presence(ctx, rank, distance, density, name, every) for name in ("here", "widening"))
+    assert (here == ((rank <= density) & (distance < _REACH))).all()
+    assert np.allclose(widening, density**-0.5)

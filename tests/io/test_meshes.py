@@ -279,7 +279,10 @@ def test_check_reads_meshes_as_meshes_and_their_maps_as_pictures(tmp_path):
 
 @pytest.mark.parametrize(
     ("grass", "told"),
-    [('density_map = "gone.png"', "has no texture coordinates"), ('density_from = "colours"', "has no vertex colours")],
+    [
+        ('density_map = "gone.png"', "has no texture coordinates"),
+        ('density_from = "colours"', "has no vertex colours"),
+    ],
 )
 def test_check_tells_what_a_mesh_lacks_for_its_grass(tmp_path, grass, told):
     written(tmp_path / "plain.obj", TRIANGLE + "f 1 2 3\n")

@@ -383,14 +383,60 @@ def _another(field) -> object:
 
 
 def test_every_setting_changes_the_picture(renderer, technique):
+    """By itself, or with one of the choices that another setting has."""
     near = {"position_m": [0.0, 0.4, 2.0], "target_m": [0.0, 0.2, -3.0]}
-    usual = renderer(_scene(technique, camera=near)).render().image
-    for name, field in SETTINGS[technique].model_fields.items():
-        pictures = [
-            renderer(_scene(technique, {name: value}, camera=near)).render().image for value in _values(field)
-        ]
-        assert pictures, name
-        assert any(not np.array_equal(picture, usual) for picture in pictures), name
+    fields = SETTINGS[technique].model_fields
+    choices = [
+        {name: choice} for name, field in fields.items() if get_args(field.annotation) for choice in _values(field)
+    ]
+
+    def picture(settings) -> bytes:
+        return renderer(_scene(technique, settings, camera=near)).render().image.tobytes()
+
+    usual = [({**others}, picture(others)) for others in ({}, *choices)]
+    for name, field in fields.items():
+        assert _values(field), name
+        assert any(
+            picture({**others, name: value}) != without for others, without in usual for value in _values(field)
+        ), name
+
+
+@pytest.mark.parametrize("test", ["orientation", "frustum", "occlusion"])
+def test_what_culling_leaves_out_does_not_show(renderer, technique, test):
+    box = {"kind": "box", "position_m": [0.0, 0.0, 0.0], "size_m": [1.5, 1.0, 0.5]}
+    on, off = (
+        renderer(
+            _scene(technique, ground=NOISE, wind=[BREEZE], object=[box], culling={test: flag}), samples=2
+        ).render(1.0, aovs=AOVS)
+        for flag in (True, False)
+    )
+    assert all(np.array_equal(on.truth[name], off.truth[name]) for name in on.truth)
+    assert np.array_equal(on.image, off.image)
+    assert on.counts.pixels == off.counts.pixels
+    assert on.counts.drawn <= off.counts.drawn <= off.counts.considered == on.counts.considered
+
+
+def test_counts_how_many_it_drew(renderer, technique):
+    drawn = renderer(_scene(technique))
+    frame = drawn.render(aovs=["class", "blade-id"])
+    assert drawn._technique.drawn(drawn._view) == frame.counts.drawn
+    assert len(np.unique(frame.truth["blade_id"])) - 1 <= frame.counts.drawn <= drawn.blades_in_view
+    assert frame.counts.pixels == _cover(frame)
+
+
+def test_without_the_test_of_distance_nothing_thins_out(renderer, technique):
+    """Heads and all: more blades, of their own width, and none beyond the reach."""
+    far = {"position_m": [0.0, 1.3, 4.0], "target_m": [0.0, 0.0, -20.0]}
+    grass = [{**GRASS, "head": "daisy", "head_size_m": [0.05, 0.08]}]
+    scenes = {
+        flag: _scene(technique, camera=far, grass=grass, sowing={"reach_m": 20.0}, culling={"distance": flag})
+        for flag in (True, False)
+    }
+    frames = {flag: renderer(scene).render(aovs=["class", "depth"]) for flag, scene in scenes.items()}
+    assert frames[False].counts.drawn > 1.1 * frames[True].counts.drawn
+    growing = (frames[False].truth["class"] == GRASS_CLASS) | (frames[False].truth["class"] == FLOWER)
+    assert 15.0 < frames[False].truth["depth"][growing].max() < 21.0
+    assert frames[True].truth["depth"][growing].min() < 5.0
 
 
 def test_grass_casts_shadows(renderer, technique):

@@ -107,6 +107,7 @@ def render(
             "driver": driver,
             "seconds": {stage: round(value, 6) for stage, value in seconds.items()},
             "blades": blades,
+            "counts": vars(frame.counts),
         }
         print(json.dumps(done, indent=2))
         return

@@ -12,8 +12,8 @@ _DEPTH_UNIT = 14
 
 def level_sizes(size: tuple[int, int]) -> list[tuple[int, int]]:
     """Width and height of levels 1 and up, rounded up, until one texel is left; in whole steps of three levels."""
-    sizes = []
-    while len(sizes) % 3 or size != (1, 1) or not sizes:
+    sizes: list[tuple[int, int]] = []
+    while not sizes or len(sizes) % 3 or size != (1, 1):
         size = -(-size[0] // 2), -(-size[1] // 2)
         sizes.append(size)
     return sizes

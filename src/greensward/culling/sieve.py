@@ -1,4 +1,4 @@
-"""Per blade on the GPU: which blades of a page a view shows, in order and without gaps, ready for an indirect draw."""
+"""Per blade on the GPU: which blades of a page a view shows, in order, without gaps, for an indirect draw."""
 
 from collections.abc import Mapping
 
@@ -15,6 +15,7 @@ from greensward.sowing import Page
 BLADES, POSTURES, CHUNKS = range(3)
 MASKS, KEPT, STARTS, COMMANDS = range(8, 12)
 """Shader-storage bindings; a technique that looks up places binds none of them, as `sift` leaves them bound."""
+_FLAGS = ("orientation", "frustum")
 _FAN = 64  # of tally.comp
 _COMMAND_BYTES = 20
 
@@ -30,20 +31,20 @@ class Sieve:
     `width` is the path of a technique's GLSL with `float widthOf(Blade, Hull)`: the width in metres as drawn, within
     which of its curve everything lies; 0 where nothing shows because it is seen edge-on, below 0 where the
     technique has left the blade out. A compute shader of the technique that includes culling/places.glsl then
-    writes what it needs of each blade kept to its place.
+    writes what it needs of each blade kept to its place. With `hiding`, pictures have a pyramid.
     """
 
-    def __init__(self, ctx: moderngl.Context, tests: Culling, width: str) -> None:
+    def __init__(self, ctx: moderngl.Context, tests: Culling, width: str, hiding: bool) -> None:
         self._ctx = ctx
-        self._every = distance_defines(tests)
-        self._flags = {name.upper(): 1 for name in ("orientation", "frustum") if getattr(tests, name)}
+        defines = {**distance_defines(tests), **{name.upper(): 1 for name in _FLAGS if getattr(tests, name)}}
+        own: dict[str, Mapping[str, object]] = {
+            "picture": {"OCCLUSION": 1} if hiding else {},
+            "shadow": {"SHADOW": 1},
+        }
         generated = {"culling/width": f'#include "{width}"'}
         self._sift = {
-            purpose: build_compute(ctx, "culling/sift.comp", {**self._every, **self._flags, **more}, generated)
-            for purpose, more in (
-                ("picture", {"OCCLUSION": 1} if tests.occlusion else {}),
-                ("shadow", {"SHADOW": 1}),
-            )
+            purpose: build_compute(ctx, "culling/sift.comp", {**defines, **more}, generated)
+            for purpose, more in own.items()
         }
         self._tally = build_compute(ctx, "culling/tally.comp")
         self._masks, self._kept, self._starts = (ctx.buffer(bytes(4)) for _ in range(3))
@@ -106,8 +107,10 @@ class Sieve:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for part in (*self._sift.values(), self._tally, self._masks, self._kept, self._starts, self._commands):
-            part.release()
+        for shader in (*self._sift.values(), self._tally):
+            shader.release()
+        for buffer in (self._masks, self._kept, self._starts, self._commands):
+            buffer.release()
 
 
 assert CHUNK == 32, "a chunk's mask has 32 bits"

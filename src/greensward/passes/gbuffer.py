@@ -3,9 +3,12 @@
 import ctypes
 
 import moderngl
+import numpy as np
 
+from greensward.culling import at_least
 from greensward.gpu.context import gl_function
 from greensward.gpu.depth import ReversedDepth
+from greensward.gpu.program import build_compute
 
 FIRST_UNIT = 10
 _COLOUR, _DEPTH = 0x1800, 0x1801
@@ -54,3 +57,32 @@ class GBuffer:
         self._z.release()
         for texture in self._textures:
             texture.release()
+
+
+class BladePixels:
+    """Counts the pixels that show a blade, on the GPU."""
+
+    def __init__(self, ctx: moderngl.Context) -> None:
+        self._ctx = ctx
+        self._shader = build_compute(ctx, "passes/gbuffer.comp", {"TARGETS": 1})
+        self._squares = 0
+        self._counts = ctx.buffer(reserve=4)
+
+    def count(self, gbuffer: GBuffer) -> None:
+        """Count them as they are now; `read` tells how many."""
+        columns, rows = (-(-edge // 8) for edge in gbuffer.id.size)
+        self._squares = columns * rows
+        self._counts = at_least(self._ctx, self._counts, 4 * self._squares)
+        self._counts.bind_to_storage_buffer(0)
+        gbuffer.id.use(FIRST_UNIT + _ID)
+        self._shader.run(-(-columns // 8), -(-rows // 8))
+
+    def read(self) -> int:
+        """How many there were when they were counted last. Waits for the GPU."""
+        self._ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
+        return int(np.frombuffer(self._counts.read(4 * self._squares), np.uint32).sum())
+
+    def release(self) -> None:
+        """Free the GPU resources."""
+        self._shader.release()
+        self._counts.release()

@@ -28,12 +28,12 @@ class Technique(Protocol):
     def draw(self, view: View) -> None:
         """Draw calls into the bound framebuffer; no GL state is left changed.
 
-        A picture's ground and objects may already be in it, and then `world.pyramid` tells what they hide. A test that
-        the scene's `culling` switches off must leave out nothing.
+        A picture's ground and objects may already be in it; before its first sample they are, and `world.pyramid`
+        tells what they hide, if the scene asks for that. A test that `scene.culling` switches off leaves out nothing.
         """
 
     def drawn(self, view: View) -> int:
-        """Blades of this view that its own tests left to be drawn in the last frame. May read back: not for use within one."""
+        """Blades of this view that its tests left to be drawn in the last frame. Waits for the GPU."""
 
     def release(self) -> None:
         """Free every GPU resource."""

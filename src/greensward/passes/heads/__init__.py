@@ -2,10 +2,11 @@
 
 import moderngl
 
+from greensward.culling import distance_defines
 from greensward.gpu.program import build
 from greensward.gpu.view import View
 from greensward.passes.heads.meshes import LEVELS, head_meshes
-from greensward.world import BLADES, CHUNKS, HEAD_PX, HEADS, MESHES, POSTURES, World
+from greensward.world import BLADES, CHUNKS, HEAD_PX, HEADS, MESHES, POSTURES, SOWN, World
 
 _FOLDER = "passes/heads"
 
@@ -16,9 +17,13 @@ class Heads:
     def __init__(self, ctx: moderngl.Context, world: World) -> None:
         self._ctx, self._world = ctx, world
         levels = ", ".join(f"ivec2({first}, {vertices})" for first, vertices in LEVELS)
+        shared: dict[str, object] = {"LEVELS": levels, **distance_defines(world.scene.culling)}
+        if growth := world.scene.growth:
+            # a head is as large as its blade's height is near to what it comes to in the end
+            shared["FULL_HEIGHT"] = float(growth.height[-1][1] or 1.0)
         self._arrays = {
             purpose: ctx.vertex_array(
-                build(ctx, f"{_FOLDER}/head.vert", f"{_FOLDER}/head.frag", defines={**defines, "LEVELS": levels}), []
+                build(ctx, f"{_FOLDER}/head.vert", f"{_FOLDER}/head.frag", defines={**defines, **shared}), []
             )
             for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
         }
@@ -42,8 +47,11 @@ class Heads:
                 self._meshes.bind_to_storage_buffer(MESHES)
                 program["finestLevel"] = level
                 program["firstChunk"] = heads.first
-                if "firstId" in program:
+                if page.sown is not None:
+                    page.sown.bind_to_storage_buffer(SOWN)
+                if view.purpose == "picture":
                     program["firstId"] = page.first_id
+                    program["previousFromNow"] = tuple(page.previous_from_now.T.ravel())
                 array.render(moderngl.TRIANGLES, vertices=vertices, instances=heads.count)
 
     def release(self) -> None:

@@ -8,6 +8,9 @@ layout(std430, binding = 1) readonly buffer Postures { Posture postures[]; };
 layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
 layout(std430, binding = 3) readonly buffer Heads { uint heads[]; };
 layout(std430, binding = 4) readonly buffer Meshes { Corner corners[]; };
+#ifdef FULL_HEIGHT
+layout(std430, binding = 6) readonly buffer Sown { Blade sown[]; };
+#endif
 
 const ivec2 levels[3] = ivec2[3](LEVELS);  // first vertex and vertices of each, the finest first
 const int VERTICES = levels[2].x + levels[2].y;
@@ -24,6 +27,8 @@ out vec3 normal_ws;
 out vec4 previousClip;
 flat out uint blade;
 flat out uint isFlower;
+
+uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago
 #endif
 
 void main() {
@@ -35,7 +40,13 @@ void main() {
     int kindOfGrass = bladeSpecies(b);
     float kind = species(kindOfGrass, MIX).w;
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-    if (here <= 0.0) return;
+#ifdef FULL_HEIGHT
+    // the last of a blade to come
+    float ripe = smoothstep(0.6, 1.0, b.height / max(sown[index].height * FULL_HEIGHT, 1e-6));
+#else
+    const float ripe = 1.0;
+#endif
+    if (here * ripe <= 0.0) return;
 
     bool flower = kind >= FIRST_FLOWER;
     float random = bladeRandom(b), other = fract(random * 57.31);
@@ -48,7 +59,7 @@ void main() {
     float thick = flower ? 1.2 : 0.6, breadth = flower ? 1.0 : 0.4;
     // few heads stand for many far away, but a flower must not grow into a cabbage
     float grown = min(sqrt(widening), flower ? 1.8 : 1.0);
-    size = max(size * grown, (flower ? 1.1 : 0.7) * pixel / thick) * here;
+    size = max(size * grown, (flower ? 1.1 : 0.7) * pixel / thick) * here * ripe;
 
     int level = max(finestLevel, breadth * size > levelPx.x * pixel ? 0 : breadth * size > levelPx.y * pixel ? 1 : 2);
     if (gl_VertexID >= levels[level].y) return;
@@ -73,7 +84,8 @@ void main() {
     position_ws = tip + offset;
     vec3 previousControl, previousTip;
     unpackPosture(postures[index].previous, root, previousControl, previousTip);
-    previousClip = view.previous_clip_from_world * vec4(mix(root, previousTip, here) + offset, 1.0);
+    vec4 previous_ws = previousFromNow * vec4(mix(root, previousTip, here) + offset, 1.0);
+    previousClip = view.previous_clip_from_world * previous_ws;
     normal_ws = frame * corner.normal.xyz;
     float tint = bladeTint(b) - 0.5;
     vec3 paint = corner.place.w > 0.5 ? species(kindOfGrass, HEART).rgb : species(kindOfGrass, HEAD).rgb;

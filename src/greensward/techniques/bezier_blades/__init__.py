@@ -42,7 +42,7 @@ class Settings(Model):
     """Blades seen from their edge: `turn` shows them their width all the same, so that grass stays closed and
     `culling.orientation` finds none to leave out; `drop` lets them thin out until nothing of them is left to draw."""
     orientation_limit: Number = Field(0.9, ge=0.2, le=1)
-    """With `drop`, cosine between view and width of a blade at which nothing is left; it thins out over 0.15 before."""
+    """With `drop`, cosine between view and width of a blade at which nothing is left; it thins over 0.15 before."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class BezierBlades:
         numbers = settings.model_dump(exclude={"edge_on"})
         self._block.set(**numbers if settings.edge_on == "drop" else {**numbers, "orientation_limit": 2.0})
         tests = world.scene.culling
-        self._sieve = Sieve(ctx, tests, f"{_FOLDER}/width.glsl")
+        self._sieve = Sieve(ctx, tests, f"{_FOLDER}/width.glsl", hiding=world.pyramid is not None)
         stages = [f"{_FOLDER}/blade.{stage}" for stage in ("vert", "tesc", "tese", "frag")]
         self._prepare, self._arrays = {}, {}
         for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1})):
@@ -109,7 +109,7 @@ class BezierBlades:
             if view.purpose == "picture":
                 page = part.seen.page
                 program["firstId"] = page.first_id
-                program["previousFromNow"].write(page.previous_from_now.T.astype("f4").tobytes())
+                program["previousFromNow"] = tuple(page.previous_from_now.T.ravel())
             self._sieve.draw(array, part.command)
 
     def _fill(self, seen: Seen, view: View) -> "_Part":
