@@ -341,7 +341,7 @@ class Renderer:
             with self.timers.measure(name if view.purpose == "picture" else "shadows"):
                 draw(view)
 
-    def _build_pyramid(self, _view: View) -> None:
+    def _build_pyramid(self, view: View) -> None:  # noqa: ARG002
         assert self._world.pyramid
         self._world.pyramid.build(self._gbuffer.depth)
 
