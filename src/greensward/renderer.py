@@ -334,7 +334,7 @@ class Renderer:
         objects, ground = ("objects", self._solids.draw), ("ground", self._terrain.draw)
         grass = ("grass", self._technique.draw), ("heads", self._heads.draw)
         # the ground last: where grass hides it, its shader does not run
-        passes = [objects, *grass, ground]
+        passes: list[tuple[str, Callable[[View], None]]] = [objects, *grass, ground]
         if hiding and self._world.pyramid:
             passes = [objects, ground, ("ground", self._build_pyramid), *grass]
         for name, draw in passes:

@@ -41,7 +41,8 @@ class FakeRenderer:
             raise self.fails
         width, height = self.size
         truth = {name.replace("-", "_"): np.zeros((height, width)) for name in aovs} | {"camera": "{}"}
-        return types.SimpleNamespace(image=np.full((height, width, 3), 128, np.uint8), truth=truth)
+        counts = types.SimpleNamespace(considered=9, simulated=0, drawn=7, pixels=5)
+        return types.SimpleNamespace(image=np.full((height, width, 3), 128, np.uint8), truth=truth, counts=counts)
 
 
 @pytest.fixture
@@ -103,6 +104,7 @@ def test_render_hands_every_option_on(greensward, tmp_path):
         "technique": "bezier-blades",
         "driver": "llvmpipe",
         "blades": 212345,
+        "counts": {"considered": 9, "simulated": 0, "drawn": 7, "pixels": 5},
     }
     with np.load(tmp_path / "a.npz") as truth:
         assert set(truth) == {"depth", "blade_id", "class", "camera"}

@@ -173,9 +173,9 @@ def test_density_follows_a_picture_over_the_texture_coordinates(sow, tmp_path):
 
 
 def test_what_density_is_taken_from_must_be_there(sow, tmp_path):
-    with pytest.raises(InputError, match=r"^object\[0\]\.grass\.density_from: the object has no vertex colours"):
-        sow(_alone(_thing(fur={"density_from": "colours"})))
     mesh = _mesh(tmp_path, np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]]))
+    with pytest.raises(InputError, match=r"^object\[0\]\.grass\.density_from: the object has no vertex colours"):
+        sow(small_scene(object=[{**_thing(**mesh), "grass": {"density_from": "colours"}}]).in_folder(tmp_path))
     scene = with_pictures(
         tmp_path,
         {"d.png": np.zeros((2, 2, 3), np.uint8)},
