@@ -12,7 +12,7 @@ from greensward.culling import ChunkTable, Pyramid, Span, distance_to, shares_ne
 from greensward.gpu.view import View
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
-from greensward.motion import Colliders, Postures, Simulated, Winds
+from greensward.motion import Colliders, Postures, Remembering, Simulated, Winds
 from greensward.objects.helicopter import helicopters
 from greensward.objects.placing import Placing, Script
 from greensward.scene import InputError, Scene
@@ -72,7 +72,8 @@ class World:
         """How far away what hides grass in the picture is; None where nothing can, or the scene asks for none."""
         self._seen: dict[View, list[Seen]] = {}
         self._closed: list[tuple[Page, Span]] = []
-        self._remembering: list[tuple[Page, Span, Span]] = []
+        self._remembering: list[Remembering] = []
+        self._remembered: dict[Page, npt.NDArray[np.bool_]] = {}
         self.views: tuple[View, ...] = ()
         """The views that were culled for last."""
         # seed heads are long but thin
@@ -108,7 +109,8 @@ class World:
         self.previously_placed = self.placing.at(instant.previous_time_s)
         self.field.carry(self.placed, instant.time_s)
         carried = any(page.thing is not None and self.placing.moving[page.thing] for page in self.field.pages)
-        if instant.views != self.views or carried:
+        culled = instant.views != self.views or carried
+        if culled:
             self._cull(instant.views)
         self.chunks.bind(CHUNKS)
         self._winds.bind()
@@ -117,13 +119,13 @@ class World:
             self._motion.take(page, span, instant.time_s, instant.previous_time_s)
         if self._simulated:
             self._simulated.advance(
-                self._remembering, instant.time_s, instant.views[0].camera_ws, self.field.tallest_m
+                self._remembering, culled, instant.time_s, instant.views[0].camera_ws, self.field.tallest_m
             )
 
     @property
     def blades_simulated(self) -> int:
         """Blades whose state was carried on for the last instant."""
-        return sum(near.items + edge.items for _, near, edge in self._remembering)
+        return sum(each.items for each in self._remembering)
 
     def _cull(self, views: tuple[View, ...]) -> None:
         sowing = self.scene.sowing
@@ -131,6 +133,7 @@ class World:
         full_density_m = sowing.full_density_m if self.scene.culling.distance else np.inf
         self.views = views
         self._seen, self._closed, self._remembering = {view: [] for view in views}, [], []
+        remembered: dict[Page, npt.NDArray[np.bool_]] = {}
         self.chunks.clear()
         for page in self.field.pages:
             tiles = page.tiles
@@ -149,12 +152,19 @@ class World:
                 within = self.scene.simulation.within_m
                 wide = np.linalg.norm(2.0 * tiles.half, axis=1)[order]
                 remembers, blends = away[order] < within, away[order] + wide > 0.8 * within
-                near, edge = (
-                    self._blades(page, order, np.where(remembers & part, 8, 0)) for part in (~blends, blends)
+                known = self._remembered.get(page, np.zeros(len(away), np.bool_))[order]
+                middle, rim = (
+                    (
+                        self._blades(page, order, np.where(where & known, 8, 0)),
+                        self._blades(page, order, np.where(where & ~known, 8, 0)),
+                    )
+                    for where in (remembers & ~blends, remembers & blends)
                 )
-                self._remembering.append((page, near, edge))
+                self._remembering.append(Remembering(page, middle, rim))
+                remembered[page] = away < within
                 needed = np.where(remembers, 0, needed)
             self._closed.append((page, self._blades(page, order, needed)))
+        self._remembered = remembered
         self.chunks.cut()
 
     def _blades(self, page: Page, order: Indices, eighths: Indices) -> Span:
@@ -193,6 +203,8 @@ class World:
         self._focus = None
         self.follow(saved["focus"].astype(np.float64))
         self._simulated.resume(self.field.pages, saved)
+        # their postures came along
+        self._remembered = {page: np.ones(len(page.tiles.start), np.bool_) for page in self.field.pages}
 
     def release(self) -> None:
         """Free the GPU resources."""

@@ -274,3 +274,21 @@ def test_the_papers_forms_stand_where_forces_balance_without_memory(renderer, fo
     seen = np.abs(tips[0]).sum(1) > 0
     assert seen.sum() > 500
     assert np.quantile((np.abs(tips[0] - tips[1]).max(1) / height)[seen], 0.9) < 0.25
+
+
+def test_blades_that_come_into_memory_have_not_leapt(renderer):
+    """What a turn of the camera brings in moves no farther in its first frame than in its second."""
+    away = {"position_m": [0.0, 2.0, 14.0], "target_m": [0.0, 1.0, 30.0]}
+    scene = _field(wind=[BREEZE], simulation={"within_m": 6.0}, camera=away)
+    drawn = renderer(scene)
+    drawn.advance(0.0)
+    back = scene.camera.model_copy(update={"position_m": (0.0, 2.0, 9.0), "target_m": (0.0, 0.0, 0.0)})
+    moves = []
+    for frame in (1, 2, 3):
+        drawn.advance(frame / 30, camera=back)
+        postures = read_postures(drawn._world.field.pages[0])
+        near = np.linalg.norm(points(read_blades(drawn._world.field))[0] - [0.0, 2.0, 9.0], axis=1) < 5.0
+        assert near.sum() > 300
+        moves.append(np.abs(postures[near, 0] - postures[near, 1]).max())
+    assert moves[0] == 0.0
+    assert 0.0 < moves[1] < 3 * moves[2]

@@ -2,7 +2,7 @@
 
 from greensward.motion.colliders import Colliders
 from greensward.motion.postures import Postures
-from greensward.motion.simulation import Simulated
+from greensward.motion.simulation import Remembering, Simulated
 from greensward.motion.winds import Winds
 
-__all__ = ["Colliders", "Postures", "Simulated", "Winds"]
+__all__ = ["Colliders", "Postures", "Remembering", "Simulated", "Winds"]

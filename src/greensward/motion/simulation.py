@@ -1,6 +1,7 @@
 """The memory of blades: state that is carried on by fixed steps of time, on the GPU."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import moderngl
@@ -18,6 +19,22 @@ STATE_BYTES, _ENTRY_BYTES = 32, 48
 _MOST_STEPS = 30  # per dispatch, so that drivers do not take it for a hang
 _SHOWN_FIRST, _SHOWN_LAST, _FRESH = 1, 2, 4
 Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Remembering:
+    """Chunks of a page whose blades remember, each as those that did so before and those that are new."""
+
+    page: Page
+    near: tuple[Span, Span]
+    """In the middle of the reach of memory."""
+    edge: tuple[Span, Span]
+    """Where they blend into closed form."""
+
+    @property
+    def items(self) -> int:
+        """How many blades."""
+        return sum(span.items for span in (*self.near, *self.edge))
 
 
 class Simulated:
@@ -43,12 +60,13 @@ class Simulated:
 
     def advance(
         self,
-        spans: Sequence[tuple[Page, Span, Span]],
+        parts: Sequence[Remembering],
+        enter: bool,
         time_s: float,
         camera_ws: Floats,
         tallest_m: float,
     ) -> None:
-        """Carry these chunks of pages, near and at the edge, on to an instant and write their postures.
+        """Carry these blades on to an instant and write their postures; with `enter`, some have none of late.
 
         A first instant, one before the last, and one long after it find grass that has been moving for `settle_s`.
         """
@@ -65,10 +83,13 @@ class Simulated:
             count = min(target - self._steps, MOST_INSTANTS - 1 if self._colliders.moving else _MOST_STEPS)
             last = _SHOWN_LAST if self._steps + count == target else 0
             self._colliders.place([*((self._steps + k) * step for k in range(1, count + 1)), time_s], tallest_m)
-            for page, near, edge in spans:
-                for shader, span in ((self._near, near), (self._edge, edge)):
-                    if span.count:
-                        self._dispatch(shader, page, span, count, rest, first | last, camera_ws, frame_steps)
+            for part in parts:
+                fresh = part.page in self._fresh
+                for shader, spans in ((self._near, part.near), (self._edge, part.edge)):
+                    for span, new in zip(spans, (fresh, fresh or enter), strict=True):
+                        flags = first | last | (_FRESH if new else 0)
+                        if span.count:
+                            self._dispatch(shader, part.page, span, count, rest, flags, camera_ws, frame_steps)
             self._steps += count
             first = 0
             if last:
@@ -99,7 +120,7 @@ class Simulated:
             timeStart=self._steps * self._settings.step_s,
             steps=count,
             rest=rest,
-            flags=flags | (_FRESH if page in self._fresh else 0),
+            flags=flags,
             camera=tuple(camera_ws),
             previousFromNow=tuple(page.previous_from_now.T.ravel()),
             moved=1.0 / max(frame_steps, 1),
