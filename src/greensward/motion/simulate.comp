@@ -18,7 +18,7 @@ uniform float timeStart;        // of the first step
 uniform int steps;
 uniform float rest;             // a part of a step that is shown and forgotten, s
 uniform int flags;              // 1: the first dispatch of a frame, 2: the last, 4: there are no postures yet
-uniform int all;                // of the page, in BEGIN
+uniform int bladeCount;         // of the page, in BEGIN
 uniform vec3 camera;
 uniform mat4 previousFromNow;   // of what the blades grow on
 uniform float moved;            // part of that motion in one step
@@ -74,7 +74,7 @@ void stepOnce(Blade b, int instant, vec3 up, vec3 front, vec3 lag, float time_s,
 #ifdef BEGIN
 void main() {
     uint i = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 32u + gl_LocalInvocationID.x;
-    if (i >= uint(all)) return;
+    if (i >= uint(bladeCount)) return;
     Blade b = blades[i];
     vec3 control, tip;
     stand(b, timeStart, control, tip);

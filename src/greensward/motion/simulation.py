@@ -139,7 +139,7 @@ class Simulated:
         self._fresh.add(page)
         page.blades.bind_to_storage_buffer(0)
         self._states[page].bind_to_storage_buffer(3)
-        put(self._begin, timeStart=(self._steps or 0) * self._settings.step_s, all=page.count)
+        put(self._begin, timeStart=(self._steps or 0) * self._settings.step_s, bladeCount=page.count)
         groups = -(-page.count // 32)
         self._begin.run(min(groups, 32768), -(-groups // 32768))
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
