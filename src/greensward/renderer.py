@@ -114,6 +114,7 @@ class Renderer:
         self._shadow_views: tuple[View, ...]
         self._lit_by: tuple[View, ...] | None = None
         self._previous: tuple[View, float] | None = None
+        self._time_s = 0.0
         self._released = False
 
     def _build(
@@ -208,8 +209,7 @@ class Renderer:
         `time_s` is the instant it is of, float64; a scene without simulation has no more to remember.
         """
         with self._kept():
-            time_s = self._previous[1] if self._previous else 0.0
-            return {"time_s": np.array(time_s), **self._world.saved()}
+            return {"time_s": np.array(self._time_s), **self._world.saved()}
 
     def resume(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Continue from a checkpoint of the same scene, on the same driver bit for bit.
@@ -221,7 +221,8 @@ class Renderer:
         with self._kept():
             self._world.resume(state)
             view, _ = self._views(self.scene.camera)
-            self._previous = view, float(state["time_s"])
+            self._time_s = float(state["time_s"])
+            self._previous = view, self._time_s
 
     def camera_matrices(
         self, camera: Camera | None = None
@@ -314,7 +315,7 @@ class Renderer:
             self._world.bind()
             with self.timers.measure("move"):
                 self._world.move(instant)
-        self._previous = view, time_s
+        self._previous, self._time_s = (view, time_s), time_s
         return instant
 
     def _views(self, camera: Camera) -> tuple[View, tuple[View, ...]]:

@@ -92,8 +92,6 @@ class World:
         if self._simulated:
             self._simulated.keep(self.field.pages)
         self.field.sow(camera_ws, self._slack_m)
-        if self._simulated:
-            self._simulated.restore(self.field.pages)
         self._focus = camera_ws.copy()
         self.views = ()
         return True
@@ -108,6 +106,9 @@ class World:
         self.placed = self.placing.at(instant.time_s)
         self.previously_placed = self.placing.at(instant.previous_time_s)
         self.field.carry(self.placed, instant.time_s)
+        for page in self.field.pages:
+            if page.thing is not None:
+                page.previous_from_now = self.previously_placed[page.thing] @ np.linalg.inv(self.placed[page.thing])
         carried = any(page.thing is not None and self.placing.moving[page.thing] for page in self.field.pages)
         culled = instant.views != self.views or carried
         if culled:
@@ -119,7 +120,13 @@ class World:
             self._motion.take(page, span, instant.time_s, instant.previous_time_s)
         if self._simulated:
             self._simulated.advance(
-                self._remembering, culled, instant.time_s, instant.views[0].camera_ws, self.field.tallest_m
+                self._remembering,
+                culled,
+                instant.time_s,
+                instant.previous_time_s,
+                instant.views[0].camera_ws,
+                self.placing.at,
+                self.field.tallest_m,
             )
 
     @property
@@ -192,19 +199,26 @@ class World:
         """The memory of the grass, and where the field lies, as arrays. Empty where the scene has no simulation."""
         if not self._simulated or self._focus is None:
             return {}
-        return {**self._simulated.saved(self.field.pages), "focus": self._focus}
+        remembered = {
+            f"remembered_{i}": self._remembered.get(page, np.zeros(len(page.tiles.start), np.bool_))
+            for i, page in enumerate(self.field.pages)
+        }
+        return {**self._simulated.saved(self.field.pages), **remembered, "focus": self._focus}
 
     def resume(self, saved: Mapping[str, npt.NDArray[Any]]) -> None:
         """Continue from what `saved` returned. Raises `InputError` where it does not fit the scene."""
         if not self._simulated:
             return
         if "focus" not in saved or saved["focus"].shape != (3,):
-            raise InputError("the checkpoint was made of a scene without simulation")
+            raise InputError("the checkpoint was made before the first frame, or of a scene without simulation")
         self._focus = None
         self.follow(saved["focus"].astype(np.float64))
         self._simulated.resume(self.field.pages, saved)
-        # their postures came along
-        self._remembered = {page: np.ones(len(page.tiles.start), np.bool_) for page in self.field.pages}
+        for i, page in enumerate(self.field.pages):
+            mask = saved.get(f"remembered_{i}")
+            if mask is None or mask.shape != (len(page.tiles.start),):
+                raise InputError("the checkpoint was made of another field: use the same scene, seed and camera")
+            self._remembered[page] = mask.astype(np.bool_)
 
     def release(self) -> None:
         """Free the GPU resources."""

@@ -15,7 +15,7 @@ _SOLIDS = {
     "ellipsoid": (Sphere(kind="sphere", size_m=(2, 3, 1), **_HERE), (2, 3, 1), 12.25, np.pi),
     "cylinder": (Cylinder(kind="cylinder", size_m=(2, 3, 2), **_HERE), (2, 3, 2), 8 * np.pi, 3 * np.pi),
     "capsule": (Capsule(kind="capsule", radius_m=0.5, length_m=3, **_HERE), (1, 3, 1), 3 * np.pi, np.pi * 2 / 3),
-    "short capsule": (Capsule(kind="capsule", radius_m=0.5, length_m=0.3, **_HERE), (1, 1, 1), np.pi, np.pi / 6),
+    "short capsule": (Capsule(kind="capsule", radius_m=0.5, length_m=1, **_HERE), (1, 1, 1), np.pi, np.pi / 6),
 }
 _SPOT = Path(__file__).parents[3] / "shared" / "data" / "spot.obj"
 

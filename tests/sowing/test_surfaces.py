@@ -342,3 +342,7 @@ def test_everything_is_released(ctx, sow):
     field._ground.release()
     field.release()
     assert live_objects(ctx) == before
+
+
+def test_so_little_grass_that_none_grows(sow):
+    assert sow(_alone(_thing("box", size_m=[0.1, 0.1, 0.1], fur={"density_per_m2": 1.0}))).count == 0

@@ -40,7 +40,7 @@ class _Resolve(Protocol):
 def balls_of(thing: Object, resolve: _Resolve) -> Floats:
     """An object as balls in its own space: (n, 7) one end, the other end, radius, all in metres."""
     if isinstance(thing, Capsule):
-        reach = min(thing.radius_m, 0.5 * thing.length_m)
+        reach = thing.radius_m
         return np.array([[0.0, reach, 0.0, 0.0, thing.length_m - reach, 0.0, reach]])
     if isinstance(thing, Sphere) and len(set(thing.size_m)) == 1:
         radius = 0.5 * thing.size_m[0]

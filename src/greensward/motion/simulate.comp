@@ -1,6 +1,6 @@
 // Carries the state of every simulated blade on by fixed steps, in registers, and writes its posture. With BEGIN it gives
-// blades that have none the state of their closed form; with EDGE, blades far from the camera blend into that form. These
-// are variants and no branches, as a CPU driver runs both sides of a branch for every blade.
+// blades the state of their closed form; with EDGE, blades far from the camera blend into that form. These are variants and
+// no branches, as a CPU driver runs both sides of a branch for every blade.
 #include "motion/posture.glsl"
 #include "motion/state.glsl"
 #include "motion/colliders.glsl"
@@ -17,11 +17,12 @@ uniform int chunkCount;
 uniform float timeStart;        // of the first step
 uniform int steps;
 uniform float rest;             // a part of a step that is shown and forgotten, s
-uniform int flags;              // 1: the first dispatch of a frame, 2: the last, 4: there are no postures yet
-uniform int bladeCount;         // of the page, in BEGIN
+uniform int flags;              // 1: the first dispatch of a frame, 2: the last
+uniform float timePrevious;     // of the frame before, in BEGIN
+uniform float stepNow;          // number of the last whole step
 uniform vec3 camera;
 uniform mat4 previousFromNow;   // of what the blades grow on
-uniform float moved;            // part of that motion in one step
+uniform mat4 movedPerStep;      // takes a root to how far it moves in one step
 
 const float DAMPING = 0.35;
 
@@ -73,13 +74,18 @@ void stepOnce(Blade b, int instant, vec3 up, vec3 front, vec3 lag, float time_s,
 
 #ifdef BEGIN
 void main() {
-    uint i = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 32u + gl_LocalInvocationID.x;
-    if (i >= uint(bladeCount)) return;
+    uint chunk = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    if (chunk >= uint(chunkCount)) return;
+    uvec2 run = chunks[uint(firstChunk) + chunk];
+    if (gl_LocalInvocationID.x >= run.y) return;
+    uint i = run.x + gl_LocalInvocationID.x;
     Blade b = blades[i];
-    vec3 control, tip;
+    vec3 root = bladeRoot(b), control, tip;
+    stand(b, timePrevious, control, tip);
+    postures[i].now = packPosture(control - root, tip - root);
     stand(b, timeStart, control, tip);
-    tip -= bladeRoot(b);
-    states[i] = State(tip.x, tip.y, tip.z, 0.0, 0.0, 0.0, 0.0, 0.0);
+    tip -= root;
+    states[i] = State(tip.x, tip.y, tip.z, 0.0, 0.0, 0.0, 0.0, stepNow);
 }
 #else
 void main() {
@@ -92,7 +98,7 @@ void main() {
     vec3 root = bladeRoot(b), up = bladeUp(b), front, side, control;
     bladeFrame(up, b.facing, front, side);
     State s = states[i], kept = s;
-    vec3 lag = moved * (root - (previousFromNow * vec4(root, 1.0)).xyz);
+    vec3 lag = (movedPerStep * vec4(root, 1.0)).xyz;
     lag *= min(1.0, 0.5 * b.height / max(length(lag), 1e-9));
     bool shown = (flags & 2) != 0;
     // what is shown needs a control point, and stands a part of a step after the last whole one
@@ -104,10 +110,17 @@ void main() {
         stepOnce(b, min(k, colliders.instants - 1), up, front, lag * dt / motion.step_s, time_s, dt, s, control);
         if (k < steps) kept = s;
     }
+    kept.step = stepNow;
     states[i] = kept;
 
     Posture p = postures[i];
-    if ((flags & 1) != 0) p.previous = p.now;
+    if ((flags & 1) != 0) {
+        // as all previous postures, in the present frame of what the blade grows on
+        mat3 turn = transpose(mat3(previousFromNow));
+        vec3 v1, v2;
+        unpackPosture(p.now, vec3(0.0), v1, v2);
+        p.previous = packPosture(turn * v1, turn * v2);
+    }
     vec3 tip = stateTip(s);
 #ifdef EDGE
     vec3 v1, v2;
@@ -118,7 +131,6 @@ void main() {
     keepLength(vec3(0.0), control, tip, b.height);
 #endif
     if (shown) p.now = packPosture(control, tip);
-    if ((flags & 4) != 0) p.previous = p.now;
     postures[i] = p;
 }
 #endif

@@ -3,7 +3,7 @@ struct State {
     float x, y, z;     // tip from the root, metres
     float pressed;     // collision strength, 0 to 1
     float vx, vy, vz;  // velocity of the tip, m/s
-    float unused;
+    float step;        // up to which it was carried
 };
 
 vec3 stateTip(State s) { return vec3(s.x, s.y, s.z); }

@@ -28,8 +28,7 @@ def mesh_of(thing: Thing, resolve: Callable[[str], Path]) -> TriMesh:
         case Cylinder():
             return _revolved(_LIDDED, np.array(thing.size_m))
         case Capsule():
-            # one that is shorter than thick is a ball
-            return _revolved(_ball(thing.radius_m, max(thing.length_m, 2.0 * thing.radius_m)), np.ones(3))
+            return _revolved(_ball(thing.radius_m, thing.length_m), np.ones(3))
         case Mesh():
             mesh = read_mesh(resolve(thing.file))
             low, high = mesh.bounds

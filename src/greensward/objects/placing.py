@@ -102,9 +102,10 @@ class Placing:
     ) -> None:
         self._heights = heights
         names = {thing.name for thing in things if thing.name}
+        own = sorted(name for name in names if not name.startswith("wind["))
         for name in scripts or {}:
             if name not in names:
-                named = f"; named are {', '.join(sorted(names))}" if names else ""
+                named = f"; named are {', '.join(own)}" if own else ""
                 raise InputError(f"scripts: no object of the scene is named {name!r}{named}")
         self._scripts = {
             i: (thing.name, scripts[thing.name])
@@ -153,6 +154,10 @@ class Placing:
                     f"scripts: {name}: must return 3 finite numbers or a 4 × 4 matrix (got {given.tolist()})"
                 )
             if given.shape == (4, 4):
+                turned = given[:3, :3]
+                rigid = np.allclose(turned @ turned.T, np.eye(3), atol=1e-4) and np.linalg.det(turned) > 0.0
+                if not rigid or not np.array_equal(given[3], (0.0, 0.0, 0.0, 1.0)):
+                    raise InputError(f"scripts: {name}: must return a matrix that only turns and moves")
                 placed[i] = given
             else:
                 self._stand([i], given[None], placed)
@@ -188,10 +193,10 @@ def _rolled(step: Floats, radius: float) -> Floats:
 
 
 def _height_of(thing: Object) -> float:
-    """Height of a solid; a mesh rolls as a ball of one metre times its scale."""
+    """Height of a solid; a mesh does not roll."""
     match thing:
         case Mesh():
-            return thing.scale
+            return 0.0
         case Capsule():
             return thing.length_m
         case _:

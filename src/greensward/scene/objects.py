@@ -112,7 +112,15 @@ class Capsule(_Object):
     radius_m: _Extent = 0.25
     """Radius of the cylinder and of its ends."""
     length_m: _Extent = 1.0
-    """From end to end."""
+    """From end to end; at least twice the radius."""
+
+    @model_validator(mode="after")
+    def _is_long_enough(self) -> Self:
+        if self.length_m < 2.0 * self.radius_m:
+            raise ValueError(
+                f"length_m must be at least twice radius_m, {2.0 * self.radius_m:g} (got {self.length_m:g})"
+            )
+        return self
 
 
 class Mesh(_Object):
@@ -123,6 +131,12 @@ class Mesh(_Object):
     """glTF (`.glb`, `.gltf`), `.obj`, `.ply` or `.stl`; y is up. Its base is the lowest point."""
     scale: Number = Field(1.0, gt=0, le=1_000_000)
     """Metres for one unit of the file."""
+
+    @model_validator(mode="after")
+    def _does_not_roll(self) -> Self:
+        if self.path and self.path.rolls:
+            raise ValueError("path.rolls is for solids: a mesh may have any shape")
+        return self
 
 
 Object = Annotated[Box | Sphere | Cylinder | Capsule | Mesh, Field(discriminator="kind")]

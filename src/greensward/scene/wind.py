@@ -157,4 +157,4 @@ class Simulation(Model):
     recovery_hz: Number = Field(30.0, gt=0, le=10_000)
     """`yan2024`: rate of recovery of the stiffest blade, per second."""
     rise_s: Number = Field(2.0, gt=0, le=1e6)
-    """Time in which a pressed blade of no stiffness comes half-way to rising freely; stiff ones take longer."""
+    """Time after which a pressed blade of full stiffness rises freely; softer ones take up to ten times as long."""

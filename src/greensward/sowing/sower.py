@@ -63,7 +63,7 @@ class Sower:
         words = -(-tiles["candidates"].astype(np.int64) // 32)
         counts = np.zeros(len(tiles), _COUNT)
         counts["first_word"] = starts(words)
-        marks = self._ctx.buffer(reserve=int(words.sum()) * _MARK_BYTES)
+        marks = self._ctx.buffer(reserve=max(int(words.sum()), 1) * _MARK_BYTES)
         marks.clear()
         tile_buffer, count_buffer = self._bind(tiles, counts, marks)
         self._run(self._marker, len(tiles), uniforms)
