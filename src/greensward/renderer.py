@@ -276,6 +276,8 @@ class Renderer:
                     values = view_values(view, previous_view, jitter(sample))
                     values["jittered_clip_from_world"] = self._depth.matrix(values["jittered_clip_from_world"])
                     self._view_blocks[0].set(**values)
+                    self._gbuffer.depth.use(14)
+                    self._gbuffer.bind_images()
                     self._surfaces(self._gbuffer.framebuffer, view, 0, hiding=sample == 0)
                 with self.timers.measure("ground"):
                     self._terrain.paint(self._gbuffer)
@@ -336,8 +338,12 @@ class Renderer:
         grass = ("grass", self._technique.draw), ("heads", self._heads.draw)
         # the ground last: where grass hides it, its shader does not run
         passes: list[tuple[str, Callable[[View], None]]] = [objects, *grass, ground]
+        if self._technique.last or (hiding and self._world.pyramid):
+            passes = [objects, ground, *grass]
+        if self._technique.last:
+            passes = [objects, ground, grass[1], grass[0]]
         if hiding and self._world.pyramid:
-            passes = [objects, ground, ("ground", self._build_pyramid), *grass]
+            passes.insert(2, ("ground", self._build_pyramid))
         for name, draw in passes:
             with self.timers.measure(name if view.purpose == "picture" else "shadows"):
                 draw(view)

@@ -15,7 +15,7 @@ from greensward.scene import Culling
 from greensward.sowing.pages import BLADE_BYTES, POSTURE_BYTES
 from greensward.sowing.sower import Sower
 from greensward.sowing.species import SWARD_BLOCK
-from greensward.techniques.bezier_blades import BLADES_BLOCK
+from greensward.techniques.leaf import LEAF_BLOCK
 from greensward.viewpoint import camera_view
 from oracles import culling
 from shader_calls import shader_call
@@ -326,7 +326,7 @@ def test_width_goes_as_a_blade_turns_its_edge(ctx):
     for limit in (0.9, 1.0, 0.4):
         got = shader_call(
             ctx,
-            "techniques/bezier_blades/width.glsl",
+            "techniques/leaf.glsl",
             f"shareOfWidth(abs(dot(a, b)), {limit})",
             {"a": viewer.astype(np.float32), "b": side.astype(np.float32)},
             "float",
@@ -370,11 +370,11 @@ void main() {
 def sieve(ctx):
     """One that keeps the blades that have a width."""
     only = Culling(orientation=True, frustum=False, distance=False, occlusion=False)
-    made = Sieve(ctx, only, "techniques/bezier_blades/width.glsl", hiding=False)
+    made = Sieve(ctx, only, "techniques/leaf.glsl", hiding=False)
     blocks = {
         VIEW_BLOCK: {"density": 1.0},
         SWARD_BLOCK: {"reach_m": 10.0},
-        BLADES_BLOCK: {"orientation_limit": 2.0},
+        LEAF_BLOCK: {"orientation_limit": 2.0},
     }
     bound = [BlockBuffer(ctx, block) for block in blocks]
     for buffer, values in zip(bound, blocks.values(), strict=True):

@@ -75,7 +75,7 @@ def test_a_shader_reads_every_member(ctx, declared, member):
             assert np.array_equal(np.ravel(got[0]), np.ravel(expected))
 
 
-@pytest.mark.parametrize("name", ["View", "Ground", "Sward", "Winds", "Light", "BezierBlades"])
+@pytest.mark.parametrize("name", ["View", "Ground", "Sward", "Winds", "Light", "Leaf"])
 def test_the_driver_agrees_on_the_size(ctx, name):
     import greensward.renderer  # noqa: F401  declares them all
 

@@ -57,7 +57,7 @@ def test_a_real_error_names_file_and_line(ctx, broken):
 def test_a_stage_that_does_not_compile_names_its_file(ctx, monkeypatch):
     from greensward.gpu import program
 
-    vertex = "passes/post/blit.vert"
+    vertex = "shaders/screen.vert"
     monkeypatch.setattr(
         program, "_read", lambda path: ("", "", "void main() { wrong; }" if path == vertex else "void main() {}")
     )

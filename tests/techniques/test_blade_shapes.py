@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from greensward.scene.grass import SHAPES
-from greensward.techniques.bezier_blades import BLADES_BLOCK
+from greensward.techniques.leaf import LEAF_BLOCK
 from oracles import bezier, shapes
 from shader_calls import cut, shader_call
 
-_SHAPES = "techniques/bezier_blades/shapes.glsl"
+_SHAPES = "techniques/outlines.glsl"
 
 
 def _grid() -> dict[str, np.ndarray]:
@@ -74,12 +74,12 @@ def test_segments_keep_the_curve_and_are_no_more_than_needed(ctx, error_px):
     v2 = random.uniform(-0.5, 0.5, (count, 3)).astype(np.float32)
     got = shader_call(
         ctx,
-        "block/BezierBlades",
+        "block/Leaf",
         f"segments(v0, v1, v2, 0.0, {pixel}, 0.0)",
         {"v0": v0, "v1": v1, "v2": v2},
         "float",
-        blocks={BLADES_BLOCK: {"error_px": error_px, "max_level": 64.0}},
-        source=cut("techniques/bezier_blades/prepare.comp", "segments"),
+        blocks={LEAF_BLOCK: {"error_px": error_px, "max_level": 64.0}},
+        source=cut("techniques/leaf.glsl", "segments"),
     )
     assert len(np.unique(got)) > 3
     for a, b, c, n in zip(*(v.astype(np.float64) for v in (v0, v1, v2)), got.astype(int), strict=True):
@@ -95,11 +95,11 @@ def test_segments_stay_within_limits(ctx, shape, most, expected):
     points = {name: np.array([p], "f4") for name, p in (("a", [0, 0, 0]), ("b", [0, 9, 0]), ("c", [9, 9, 0]))}
     got = shader_call(
         ctx,
-        "block/BezierBlades",
+        "block/Leaf",
         f"segments(a, b, c, 0.1, 0.0001, {shape}.0)",
         points,
         "float",
-        blocks={BLADES_BLOCK: {"error_px": 0.3, "max_level": float(most)}},
-        source=cut("techniques/bezier_blades/prepare.comp", "segments"),
+        blocks={LEAF_BLOCK: {"error_px": 0.3, "max_level": float(most)}},
+        source=cut("techniques/leaf.glsl", "segments"),
     )
     assert got[0] == expected

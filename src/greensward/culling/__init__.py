@@ -2,7 +2,7 @@
 
 from greensward.culling.chunks import CHUNK, ChunkTable, Span, at_least
 from greensward.culling.pyramid import Pyramid
-from greensward.culling.sieve import Sieve, distance_defines
+from greensward.culling.sieve import Sieve, distance_defines, test_defines, width_from
 from greensward.culling.tiles import distance_to, shares_needed, visible
 
 __all__ = [
@@ -15,5 +15,7 @@ __all__ = [
     "distance_defines",
     "distance_to",
     "shares_needed",
+    "test_defines",
     "visible",
+    "width_from",
 ]

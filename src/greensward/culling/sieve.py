@@ -25,6 +25,19 @@ def distance_defines(tests: Culling) -> Mapping[str, object]:
     return {} if tests.distance else {"ALL_DISTANCES": 1}
 
 
+def test_defines(tests: Culling, purpose: str, hiding: bool) -> Mapping[str, object]:
+    """What a shader is built with that includes culling/shows.glsl. With `hiding`, pictures have a pyramid."""
+    defines = {**distance_defines(tests), **{name.upper(): 1 for name in _FLAGS if getattr(tests, name)}}
+    if purpose == "shadow":
+        return {**defines, "SHADOW": 1}
+    return {**defines, "OCCLUSION": 1} if hiding else defines
+
+
+def width_from(path: str) -> Mapping[str, str]:
+    """The file that culling/shows.glsl takes `widthOf` from, as a generated include."""
+    return {"culling/width": f'#include "{path}"'}
+
+
 class Sieve:
     """Tests blades and counts those that stay; nothing is read back, and buffers only grow.
 
@@ -36,15 +49,9 @@ class Sieve:
 
     def __init__(self, ctx: moderngl.Context, tests: Culling, width: str, hiding: bool) -> None:
         self._ctx = ctx
-        defines = {**distance_defines(tests), **{name.upper(): 1 for name in _FLAGS if getattr(tests, name)}}
-        own: dict[str, Mapping[str, object]] = {
-            "picture": {"OCCLUSION": 1} if hiding else {},
-            "shadow": {"SHADOW": 1},
-        }
-        generated = {"culling/width": f'#include "{width}"'}
         self._sift = {
-            purpose: build_compute(ctx, "culling/sift.comp", {**defines, **more}, generated)
-            for purpose, more in own.items()
+            purpose: build_compute(ctx, "culling/sift.comp", test_defines(tests, purpose, hiding), width_from(width))
+            for purpose in ("picture", "shadow")
         }
         self._tally = build_compute(ctx, "culling/tally.comp")
         self._masks, self._kept, self._starts = (ctx.buffer(bytes(4)) for _ in range(3))

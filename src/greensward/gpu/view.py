@@ -50,6 +50,14 @@ class View:
         m = self.clip_from_world
         return np.concatenate([m[3] + m[:3], m[3] - m[:3]])
 
+    @property
+    def near_and_far_m(self) -> tuple[float, float]:
+        """Depths between which a perspective view shows anything: clip z is a · depth + b."""
+        z, w = self.clip_from_world[2], self.clip_from_world[3]
+        a = float(z[:3] @ w[:3])
+        b = float(z[3] - a * w[3])
+        return -b / (1.0 + a), b / (1.0 - a)
+
 
 def view_values(view: View, previous: View, offset_px: tuple[float, float] = (0.0, 0.0)) -> dict[str, Any]:
     """Members of the `View` block: the view, the one a frame ago, and the sub-sample's offset in pixels."""

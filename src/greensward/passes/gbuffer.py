@@ -51,6 +51,11 @@ class GBuffer:
         for unit, texture in enumerate(self._textures, start=FIRST_UNIT):
             texture.use(unit)
 
+    def bind_images(self) -> None:
+        """Bind for writing at image units 0 to 4, as shaders/emit.glsl wants it in compute shaders."""
+        for unit, texture in enumerate(self._textures):
+            texture.bind_to_image(unit, read=False, write=True)
+
     def release(self) -> None:
         """Free the GPU memory."""
         self.framebuffer.release()

@@ -13,6 +13,14 @@ vec4 packNormal(vec3 normal_ws, float occlusion, float roughness) {
     return vec4(octahedralEncode(normal_ws), occlusion, roughness);
 }
 
+// From where the surface was a frame ago to the pixel's sample, in pixels
+vec2 packMotion(vec2 pixel_centre, vec4 previousClip) {
+    vec2 now = pixel_centre * view.size_px.zw * 2.0 - 1.0 - view.jitter;
+    return 0.5 * (now - previousClip.xy / previousClip.w) * view.size_px.xy;
+}
+
+uint packId(uint surfaceClass, uint bladeId) { return surfaceClass << 27u | bladeId; }
+
 #ifdef TARGETS
 layout(binding = 13) uniform usampler2D gId;
 layout(binding = 14) uniform sampler2D gDepth;

@@ -6,8 +6,9 @@ from greensward.scene import Scene, SceneError
 from greensward.scene.problems import one_of, sentences
 from greensward.techniques.bezier_blades import BezierBlades
 from greensward.techniques.technique import Technique
+from greensward.techniques.visibility_buffer import VisibilityBuffer
 
-TECHNIQUES: tuple[type[Technique], ...] = (BezierBlades,)
+TECHNIQUES: tuple[type[Technique], ...] = (BezierBlades, VisibilityBuffer)
 
 SETTINGS: dict[str, type[BaseModel]] = {technique.name: technique.Settings for technique in TECHNIQUES}
 

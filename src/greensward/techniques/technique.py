@@ -18,6 +18,8 @@ class Technique(Protocol):
     """Author, year, title."""
     Settings: ClassVar[type[BaseModel]]
     """This technique's own parameters: a frozen model."""
+    last: ClassVar[bool]
+    """Whether all else must be in a picture before it."""
 
     def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
         """Build every GPU resource."""

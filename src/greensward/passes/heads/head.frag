@@ -1,7 +1,7 @@
 #ifdef SHADOW
 void main() {}
 #else
-#include "shaders/surface.glsl"
+#include "shaders/emit.glsl"
 
 in vec3 position_ws;
 in vec3 colour;

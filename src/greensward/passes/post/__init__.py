@@ -17,7 +17,7 @@ class Post:
         self._ctx = ctx
         self._tone = PixelPass(ctx, "passes/post/tone.glsl", ["f4"], shell=shell)
         self._encode = PixelPass(ctx, "passes/post/encode.glsl", ["f1"], shell=shell)
-        program = build(ctx, "passes/post/blit.vert", "passes/post/blit.frag")
+        program = build(ctx, "shaders/screen.vert", "passes/post/blit.frag")
         self._blit = ctx.vertex_array(program, [])
         self._allocate(size)
 

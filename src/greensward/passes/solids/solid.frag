@@ -2,7 +2,7 @@
 void main() {}
 #else
 #include "shaders/noise.glsl"
-#include "shaders/surface.glsl"
+#include "shaders/emit.glsl"
 
 in vec3 local;
 in vec3 normal_ws;

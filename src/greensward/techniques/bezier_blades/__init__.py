@@ -1,48 +1,23 @@
 """Quadratic Bézier blades as tessellated quads."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import moderngl
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 
 from greensward.culling import CHUNK, Sieve, at_least, distance_defines
-from greensward.gpu.blocks import BlockBuffer, declare
+from greensward.gpu.blocks import BlockBuffer
 from greensward.gpu.program import build, build_compute
 from greensward.gpu.view import View
-from greensward.scene.base import Count, Model, Number
+from greensward.techniques.leaf import LEAF_BLOCK, LeafSettings
 from greensward.world import RECORDS, Instant, Seen, World
 
 _FOLDER = "techniques/bezier_blades"
 _RECORD_BYTES = 72
 
-BLADES_BLOCK = declare(
-    "BezierBlades",
-    4,
-    ("error_px", "float"),
-    ("max_level", "float"),
-    ("min_width_px", "float"),
-    ("roundness", "float"),
-    ("orientation_limit", "float"),  # above 1, blades turn instead of vanishing
-)
-
-
-class Settings(Model):
+class Settings(LeafSettings):
     """How finely blades are cut, and how thin they may become."""
-
-    error_px: Number = Field(0.7, gt=0, le=100)
-    """A blade gets as many segments as keep it this close to its true curve on the screen."""
-    max_level: Count = Field(12, ge=1, le=64)
-    """Never more segments than this."""
-    min_width_px: Number = Field(1.0, ge=0, le=16)
-    """Blades are widened to this, so that they neither break up nor vanish edge-on."""
-    roundness: Number = Field(0.55, ge=0, le=1)
-    """How far the shading normal turns across a blade: 0 is flat."""
-    edge_on: Literal["turn", "drop"] = "turn"
-    """Blades seen from their edge: `turn` shows them their width all the same, so that grass stays closed and
-    `culling.orientation` finds none to leave out; `drop` lets them thin out until nothing of them is left to draw."""
-    orientation_limit: Number = Field(0.9, ge=0.2, le=1)
-    """With `drop`, cosine between view and width of a blade at which nothing is left; it thins over 0.15 before."""
 
 
 @dataclass(frozen=True)
@@ -68,15 +43,15 @@ class BezierBlades:
         "Yan, Wu & Wang 2024, Enhanced Real-Time Grass Rendering"
     )
     Settings: ClassVar[type[BaseModel]] = Settings
+    last: ClassVar[bool] = False
 
     def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
         assert isinstance(settings, Settings)
         self._ctx, self._world = ctx, world
-        self._block = BlockBuffer(ctx, BLADES_BLOCK)
-        numbers = settings.model_dump(exclude={"edge_on"})
-        self._block.set(**numbers if settings.edge_on == "drop" else {**numbers, "orientation_limit": 2.0})
+        self._block = BlockBuffer(ctx, LEAF_BLOCK)
+        self._block.set(**settings.block_values())
         tests = world.scene.culling
-        self._sieve = Sieve(ctx, tests, f"{_FOLDER}/width.glsl", hiding=world.pyramid is not None)
+        self._sieve = Sieve(ctx, tests, "techniques/leaf.glsl", hiding=world.pyramid is not None)
         stages = [f"{_FOLDER}/blade.{stage}" for stage in ("vert", "tesc", "tese", "frag")]
         self._prepare, self._arrays = {}, {}
         for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1})):

@@ -1,9 +1,9 @@
 // Curves the quad: De Casteljau along v, the outline across u.
 #include "shaders/bezier.glsl"
 #include "techniques/bezier_blades/record.glsl"
-#include "techniques/bezier_blades/shapes.glsl"
+#include "techniques/outlines.glsl"
 #include "block/View"
-#include "block/BezierBlades"
+#include "techniques/look.glsl"
 
 layout(quads, equal_spacing, ccw) in;
 
@@ -42,14 +42,9 @@ void main() {
     vec4 previous_ws = previousFromNow * vec4(bezierPoint(root, previousControl, previousTip, v) + offset, 1.0);
     previousClip = (view.previous_clip_from_world * previous_ws).xyw;
 
-    // round, not flat: the normal turns across the blade; far away it is the wall's and stops sparkling.
-    // Its length does not matter, as it is stored as a direction.
-    vec3 trueSide = octahedralDecode(unpackSnorm2x16(r.trueSide));
-    vec3 normal_ws = cross(trueSide, tangent);
-    if (dot(normal_ws, view.eye_ws.xyz - position_ws * view.eye_ws.w) < 0.0) normal_ws = -normal_ws;
-    normal_ws += 1.9 * bezierblades.roundness * (u - 0.5) * (dot(side, trueSide) < 0.0 ? -trueSide : trueSide);
-    vec3 wall = octahedralDecode(unpackSnorm2x16(r.wall));
-    normalAndHeight = vec4(mix(normal_ws, wall, 0.8 * unpackUnorm4x8(r.look).y), v);
+    vec3 toEye = view.eye_ws.xyz - position_ws * view.eye_ws.w;
+    vec3 wall = octahedralDecode(unpackSnorm2x16(r.wall)), trueSide = octahedralDecode(unpackSnorm2x16(r.trueSide));
+    normalAndHeight = vec4(leafNormal(trueSide, side, tangent, toEye, u, wall, unpackUnorm4x8(r.look).y), v);
     shown = record;
 #endif
 }

@@ -1,0 +1,23 @@
+// The look of a blade, from its species, its own variation and the vegetation map.
+#include "techniques/leaf.glsl"
+#include "techniques/look.glsl"
+
+Look lookOf(Blade b, Hull h, bool onGround) {
+    int kind = bladeSpecies(b);
+    vec4 rootRow = species(kind, ROOT), tipRow = species(kind, TIP);
+    vec3 dry = species(kind, DRY).rgb, up = bladeUp(b), toViewer = toViewerFrom(h.middle);
+    float dryness = bladeDryness(b), tint = bladeTint(b) - 0.5;
+    vec3 shade = vec3(1.0 + 0.55 * tint, 1.0 + 0.38 * tint, 1.0 + 0.1 * tint);
+    vec3 root = shade * mix(rootRow.rgb, dry * 0.55, smoothstep(0.35, 1.0, dryness));
+    vec3 tip = shade * mix(tipRow.rgb, dry, dryness);
+    vec4 map = onGround ? textureLod(vegetationMap, mapUv(h.v0.xz), 0.0) : vec4(0.0);
+    root = mix(root, shade * map.rgb * 0.6, map.a);
+    tip = mix(tip, shade * map.rgb, map.a);
+    // far blades stand for many: their contrast fades towards what those would show together
+    float far = smoothstep(8.0, 90.0, h.away);
+    tip = mix(tip, tip / shade, 0.7 * far);
+    root = mix(root, 0.9 * tip, 0.85 * far);
+    // shaded as the wall of blades that it stands for, turned to the viewer as much as up
+    vec3 wall = normalize(0.8 * normalize(toViewer - up * dot(toViewer, up)) + 0.75 * up);
+    return Look(vec4(root, rootRow.w), vec4(tip, mix(tipRow.w, 0.95, far)), b.height / max(sward.canopy_m, 1e-3), far, wall);
+}

@@ -1,0 +1,34 @@
+// How a leaf looks at each of its points.
+#include "shaders/gbuffer.glsl"
+#include "shaders/surface.glsl"
+#include "block/Leaf"
+
+struct Look {
+    vec4 root;   // colour, transmittance
+    vec4 tip;    // colour, roughness
+    float tall;  // its height over the canopy's
+    float far;   // 0 near to 1 where it stands for many
+    vec3 wall;   // the normal of what it stands for
+};
+
+// Round, not flat: the normal turns across the blade; far away it is the wall's and stops sparkling.
+// Its length does not matter, as it is stored as a direction.
+vec3 leafNormal(vec3 trueSide, vec3 side, vec3 tangent, vec3 toEye, float u, vec3 wall, float far) {
+    vec3 normal_ws = cross(trueSide, tangent);
+    if (dot(normal_ws, toEye) < 0.0) normal_ws = -normal_ws;
+    normal_ws += 1.9 * leaf.roundness * (u - 0.5) * (dot(side, trueSide) < 0.0 ? -trueSide : trueSide);
+    return mix(normal_ws, wall, 0.8 * far);
+}
+
+// At v from root to tip; normal, id and motion are left to be filled in
+Surface leafSurface(Look look, float v) {
+    float height = clamp(look.tall * v, 0.0, 1.0);
+    Surface s;
+    s.baseColour = mix(look.root.rgb, look.tip.rgb, smoothstep(0.0, 0.85, v));
+    // thin at the tip; dark where the sward closes over it, less so where one far blade stands for many
+    s.transmittance = look.root.w * mix(0.45, 1.0, v);
+    s.roughness = look.tip.w;
+    s.occlusion = mix(mix(0.2, 0.8, look.far), 1.0, height * (2.0 - height));
+    s.surfaceClass = CLASS_GRASS;
+    return s;
+}

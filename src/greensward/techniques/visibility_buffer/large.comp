@@ -1,0 +1,105 @@
+// Draws the blades that raster.comp left over: a workgroup for each, its rows dealt out to the invocations, clipped at the
+// near plane.
+#ifdef WIDE
+#extension GL_NV_gpu_shader5 : require
+#extension GL_NV_shader_atomic_int64 : require
+#endif
+#include "techniques/visibility_buffer/strip.glsl"
+#include "techniques/visibility_buffer/fill.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std430, binding = 7) readonly buffer Large { uint largeCount; uint large[]; };
+
+uniform uint firstName;
+#ifndef SHADOW
+uniform float near_m;
+#endif
+
+struct Polygon { vec3 corners[5]; int count; };
+
+void add(inout Polygon p, vec4 clip) {
+    if (p.count < 5) p.corners[p.count++] = onScreen(clip);
+}
+
+void addEdge(inout Polygon p, vec4 from, vec4 to) {
+#ifdef SHADOW
+    add(p, from);
+#else
+    bool here = from.w >= near_m;
+    if (here) add(p, from);
+    if (here != (to.w >= near_m)) {
+        // the same point whichever way the edge runs
+        vec4 low = from.w < to.w ? from : to, high = from.w < to.w ? to : from;
+        add(p, mix(low, high, (near_m - low.w) / (high.w - low.w)));
+    }
+#endif
+}
+
+// Turned blades are wider than tall: their columns are dealt out
+void fillPolygon(vec4 a0, vec4 a1, vec4 b1, vec4 b0, bool turned, uint name) {
+    Polygon p;
+    p.count = 0;
+    addEdge(p, a0, a1);
+    addEdge(p, a1, b1);
+    addEdge(p, b1, b0);
+    addEdge(p, b0, a0);
+    if (p.count < 3) return;
+    vec2 slope = slopeOf(p.corners[0], p.corners[1], p.corners[3 % p.count], p.corners[2]);
+    vec2 size = turned ? view.size_px.yx : view.size_px.xy, ends = vec2(1e9, -1e9), tall = ends;
+    vec3 anchor = p.corners[0];
+    for (int i = 0; i < p.count; i++) {
+        if (turned) p.corners[i] = p.corners[i].yxz;
+        tall = vec2(min(tall.x, p.corners[i].y), max(tall.y, p.corners[i].y));
+        ends = vec2(min(ends.x, p.corners[i].z), max(ends.y, p.corners[i].z));
+    }
+    ivec2 rows = within(tall.x, tall.y, size.y);
+    for (int row = rows.x + int(gl_LocalInvocationID.x); row < rows.y; row += 64) {
+        vec2 span = vec2(1e9, -1e9);
+        for (int i = 0; i < p.count; i++) widen(span, float(row), p.corners[i], p.corners[(i + 1) % p.count]);
+        ivec2 columns = within(span.x, span.y, size.x);
+        for (int column = columns.x; column < columns.y; column++) {
+            ivec2 pixel = turned ? ivec2(row, column) : ivec2(column, row);
+            put(cellOf(pixel), clamp(anchor.z + dot(slope, vec2(pixel) - anchor.xy), ends.x, ends.y), name);
+        }
+    }
+}
+
+void drawBlade(uint index) {
+    Blade b;
+    Hull h;
+    if (!hullOf(index, b, h)) return;
+    Strip s = stripOf(b, h, widthOf(b, h));
+    uint name = firstName + 32u * index;
+    vec2 a = s.c0.xy / max(s.c0.w, 0.01), c = s.c2.xy / max(s.c2.w, 0.01);
+    bool turned = abs(c.x - a.x) * view.size_px.x > abs(c.y - a.y) * view.size_px.y;
+    vec4 centre = s.c0;
+    vec2 edges = edgesAt(s, 0.0, centre.w);
+    vec4 left = centre + edges.x * s.side, right = centre + edges.y * s.side, ridge = vec4(0.0);
+#ifdef FOLD
+    bool folded = s.shape == QUADRATIC_3D;
+    ridge = centre + 0.5 * (edges.x + edges.y) * s.side + foldAt(s, h, 0.0);
+#endif
+    for (int k = 1; k <= s.segments; k++) {
+        float v = float(k) / float(s.segments);
+        centre = centreAt(s, v);
+        edges = edgesAt(s, v, centre.w);
+        vec4 nextLeft = centre + edges.x * s.side, nextRight = centre + edges.y * s.side;
+#ifdef FOLD
+        vec4 nextRidge = folded ? centre + 0.5 * (edges.x + edges.y) * s.side + foldAt(s, h, v) : nextRight;
+        if (!folded) ridge = right;
+        fillPolygon(left, ridge, nextRidge, nextLeft, turned, name);
+        if (folded) fillPolygon(ridge, right, nextRight, nextRidge, turned, name);
+        ridge = nextRidge;
+#else
+        fillPolygon(left, right, nextRight, nextLeft, turned, name);
+#endif
+        left = nextLeft;
+        right = nextRight;
+        name++;
+    }
+}
+
+void main() {
+    for (uint i = gl_WorkGroupID.x; i < largeCount; i += gl_NumWorkGroups.x) drawBlade(large[i]);
+}

@@ -1,0 +1,89 @@
+// Draws blades, one an invocation; those that are large on the screen are left to large.comp.
+#ifdef WIDE
+#extension GL_NV_gpu_shader5 : require
+#extension GL_NV_shader_atomic_int64 : require
+#endif
+#include "culling/shows.glsl"
+#include "techniques/visibility_buffer/strip.glsl"
+#include "techniques/visibility_buffer/fill.glsl"
+
+layout(local_size_x = 32) in;
+
+layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
+layout(std430, binding = 7) buffer Large { uint largeCount; uint large[]; };
+#ifndef SHADOW
+layout(std430, binding = 8) buffer Won { uint won[]; };      // of each chunk, the blades that may show
+layout(std430, binding = 9) buffer Drawn { uint drawn[]; };  // blades, summed in 1,024 parts
+uniform uint firstName;
+#endif
+
+uniform int firstChunk;
+uniform int chunkCount;
+uniform float large_px;
+
+bool isLarge(Strip s) {
+#ifndef SHADOW
+    if (min(min(s.c0.w, s.c1.w), s.c2.w) - s.width < 0.2) return true;  // perhaps before the near plane
+#endif
+    vec2 half_px = 0.5 * view.size_px.xy, a = s.c0.xy / s.c0.w, b = s.c1.xy / s.c1.w, c = s.c2.xy / s.c2.w;
+    vec2 size = (max(max(a, b), c) - min(min(a, b), c)) * half_px;
+    vec2 side = abs(s.side.xy) / min(min(s.c0.w, s.c1.w), s.c2.w) * half_px;
+    // rows, each as wide as a part of the blade
+    return (size.y + side.y + 1.0) * (side.x + 2.0) + size.x > large_px;
+}
+
+void main() {
+    uint chunk = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, lane = gl_LocalInvocationID.x;
+    if (chunk >= uint(chunkCount)) return;
+    uvec2 run = chunks[uint(firstChunk) + chunk];
+    if (lane >= run.y) return;
+#if !defined(WIDE) && !defined(SHADOW)
+    if (naming && (won[chunk] >> lane & 1u) == 0u) return;
+#endif
+    uint index = run.x + lane, name = 0u;
+    Blade b;
+    Hull h;
+    float wide;
+    if (!shows(index, b, h, wide)) return;
+    Strip s = stripOf(b, h, wide);
+#ifndef SHADOW
+    name = firstName + 32u * index;
+#ifndef WIDE
+    if (!naming)
+#endif
+    atomicAdd(drawn[chunk & 1023u], 1u);
+#endif
+    if (isLarge(s)) {
+        large[atomicAdd(largeCount, 1u)] = index;
+        return;
+    }
+    bool shown = false;
+    vec4 centre = s.c0, lift = vec4(0.0);
+    vec2 edges = edgesAt(s, 0.0, centre.w);
+    vec3 left = onScreen(centre + edges.x * s.side), right = onScreen(centre + edges.y * s.side), ridge = vec3(0.0);
+#ifdef FOLD
+    bool folded = s.shape == QUADRATIC_3D;
+    ridge = onScreen(centre + 0.5 * (edges.x + edges.y) * s.side + foldAt(s, h, 0.0));
+#endif
+    for (int k = 1; k <= s.segments; k++) {
+        float v = float(k) / float(s.segments);
+        centre = centreAt(s, v);
+        edges = edgesAt(s, v, centre.w);
+        vec3 nextLeft = onScreen(centre + edges.x * s.side), nextRight = onScreen(centre + edges.y * s.side);
+#ifdef FOLD
+        vec3 nextRidge = folded ? onScreen(centre + 0.5 * (edges.x + edges.y) * s.side + foldAt(s, h, v)) : nextRight;
+        if (!folded) ridge = right;
+        shown = fillQuad(left, ridge, nextLeft, nextRidge, name) || shown;
+        if (folded) shown = fillQuad(ridge, right, nextRidge, nextRight, name) || shown;
+        ridge = nextRidge;
+#else
+        shown = fillQuad(left, right, nextLeft, nextRight, name) || shown;
+#endif
+        left = nextLeft;
+        right = nextRight;
+        name++;
+    }
+#if !defined(WIDE) && !defined(SHADOW)
+    if (!naming && shown) atomicOr(won[chunk], 1u << lane);
+#endif
+}

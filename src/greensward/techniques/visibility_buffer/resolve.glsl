@@ -1,0 +1,57 @@
+// From the name of a quad to the surface that it shows at a pixel.
+#include "techniques/colours.glsl"
+#include "techniques/visibility_buffer/strip.glsl"
+#include "techniques/visibility_buffer/cells.glsl"
+
+uniform uint firstName;
+uniform uint bladeCount;
+uniform bool onGround;         // where the vegetation map lies
+uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago
+
+// How far along and across its quad a pixel lies: centre + along * step + across * side is proportional to (ndc, 1) in
+// x, y and w, which is linear in both unknowns.
+vec2 placeIn(vec4 centre, vec4 step_, vec4 side, vec2 ndc) {
+    vec2 a = step_.xy - ndc * step_.w, b = side.xy - ndc * side.w, c = ndc * centre.w - centre.xy;
+    float area = a.x * b.y - a.y * b.x;
+    return abs(area) > 1e-20 ? vec2(c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x) / area : vec2(0.5, 0.0);
+}
+
+// False where no blade of this page shows
+bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
+    float nearness;
+    uint name = readCell(cellOf(pixel), nearness), index = (name - firstName) >> 5u;
+    if (name < firstName || index >= bladeCount) return false;
+    Blade b;
+    Hull h;
+    if (!hullOf(index, b, h)) return false;
+    float wide = widthOf(b, h);
+    Strip s = stripOf(b, h, wide);
+    float v0 = float(name & 31u) / float(s.segments), v1 = float((name & 31u) + 1u) / float(s.segments);
+    vec4 centre = centreAt(s, v0), step_ = centreAt(s, v1) - centre;
+    vec2 ndc = (vec2(pixel) + 0.5) * view.size_px.zw * 2.0 - 1.0;
+    vec2 place = placeIn(centre, step_, s.side, ndc);
+    float along = clamp(place.x, 0.0, 1.0), v = mix(v0, v1, along);
+    vec2 edges = mix(edgesAt(s, v0, centre.w), edgesAt(s, v1, centre.w + step_.w), along);
+    float across = clamp(place.y, edges.x, edges.y), u = (across - edges.x) / max(edges.y - edges.x, 1e-4);
+
+    vec3 tangent = bezierTangent(h.v0, h.v1, h.v2, v);
+    vec3 offset = wide * across * s.side_ws;
+#ifdef FOLD
+    offset += wide * shapeFold(s.shape, u, v) * cross(s.side_ws, normalize(tangent));
+#endif
+    vec3 position_ws = mix(bezierPoint(h.v0, h.v1, h.v2, v0), bezierPoint(h.v0, h.v1, h.v2, v1), along) + offset;
+    vec3 control, tip;
+    unpackPosture(postures[index].previous, h.v0, control, tip);
+    control = mix(h.v0, control, h.here);
+    tip = mix(h.v0, tip, h.here);
+    vec3 before = mix(bezierPoint(h.v0, control, tip, v0), bezierPoint(h.v0, control, tip, v1), along) + offset;
+
+    vec3 toEye = view.eye_ws.xyz - position_ws * view.eye_ws.w;
+    Look look = lookOf(b, h, onGround);
+    surface = leafSurface(look, v);
+    surface.normal_ws = leafNormal(acrossOf(b, chordOf(h)), s.side_ws, normalize(tangent), toEye, u, look.wall, look.far);
+    surface.bladeId = name >> 5u;
+    surface.previousClip = view.previous_clip_from_world * (previousFromNow * vec4(before, 1.0));
+    depth_m = 1.0 / nearness;
+    return true;
+}
