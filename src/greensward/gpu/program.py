@@ -1,7 +1,7 @@
 """Shader programs from files of the package, with nested includes and errors that name file and line."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -43,7 +43,12 @@ def _read(path: str) -> tuple[str, ...]:
     return tuple((files("greensward") / path).read_text(encoding="utf-8").splitlines())
 
 
-def assemble(path: str, defines: Mapping[str, object] = {}, generated: Mapping[str, str] = {}) -> Source:
+def assemble(
+    path: str,
+    defines: Mapping[str, object] = {},
+    generated: Mapping[str, str] = {},
+    extensions: Sequence[str] = (),
+) -> Source:
     """Inline the root-relative includes of a shader file, each once.
 
     `generated` holds texts that exist only in memory, by include path.
@@ -67,6 +72,8 @@ def assemble(path: str, defines: Mapping[str, object] = {}, generated: Mapping[s
                 inline(include[1])
 
     put("#version 430 core", path, 0)
+    for extension in extensions:
+        put(f"#extension {extension} : require", path, 0)
     for name, value in defines.items():
         put(f"#define {name} {value}", path, 0)
     inline(path)
@@ -108,9 +115,10 @@ def build_compute(
     path: str,
     defines: Mapping[str, object] = {},
     generated: Mapping[str, str] = {},
+    extensions: Sequence[str] = (),
 ) -> moderngl.ComputeShader:
     """Compile and link one compute shader."""
-    source = assemble(path, defines, generated)
+    source = assemble(path, defines, generated, extensions)
     try:
         return ctx.compute_shader(source.text)
     except moderngl.Error as error:

@@ -1,5 +1,6 @@
 """Blades rasterised by compute shaders into a visibility buffer: which blade is nearest at each pixel, then its surface."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import moderngl
@@ -16,10 +17,19 @@ from greensward.techniques.leaf import LEAF_BLOCK, LeafSettings
 from greensward.world import BLADES, POSTURES, Instant, Seen, World
 
 _FOLDER = "techniques/visibility_buffer"
-CELLS, NAMES, LARGE, WON, DRAWN = range(5, 10)
+CELLS, NAMES, LISTS, LARGE, WON, DRAWN = range(5, 11)
 """Shader-storage bindings while blades are drawn."""
 _DRAWN_PARTS = 1024
-_DEPTH_UNIT = 14
+_LISTS_BYTES = 40  # of lists.glsl
+_LARGE_GROUPS, _WON_GROUPS = 16, 28  # and where in it
+
+
+_WIDE = ("GL_NV_gpu_shader5", "GL_NV_shader_atomic_int64")
+
+
+def has_wide_atomics(ctx: moderngl.Context) -> bool:
+    """Whether shaders can take the larger of two 64-bit numbers in one step."""
+    return set(_WIDE) <= ctx.extensions
 
 
 class Settings(LeafSettings):
@@ -43,7 +53,7 @@ class VisibilityBuffer:
         assert isinstance(settings, Settings)
         self._ctx, self._world = ctx, world
         self._software = is_software(ctx)
-        self._wide = {"GL_NV_shader_atomic_int64", "GL_NV_gpu_shader5"} <= set(ctx.extensions)
+        self._wide = has_wide_atomics(ctx)
         self._block = BlockBuffer(ctx, LEAF_BLOCK)
         self._block.set(**settings.block_values())
         tests, hiding = world.scene.culling, world.pyramid is not None
@@ -51,26 +61,28 @@ class VisibilityBuffer:
         self._clear, self._raster, self._large = {}, {}, {}
         for purpose in ("picture", "shadow"):
             defines = {**test_defines(tests, purpose, hiding), **fold}
-            if self._wide and purpose == "picture":
+            wide = _WIDE if self._wide and purpose == "picture" else ()
+            if wide:
                 defines["WIDE"] = 1
             for name, shaders in (("clear", self._clear), ("raster", self._raster), ("large", self._large)):
                 shaders[purpose] = build_compute(
-                    ctx, f"{_FOLDER}/{name}.comp", defines, width_from("techniques/leaf.glsl")
+                    ctx, f"{_FOLDER}/{name}.comp", defines, width_from("techniques/leaf.glsl"), wide
                 )
             if purpose == "picture":
-                self._build_resolve(defines)
+                self._build_resolve(defines, wide)
         shadow = build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines={"SHADOW": 1})
         self._shadow = ctx.vertex_array(shadow, [])
+        self._plan = build_compute(ctx, f"{_FOLDER}/plan.comp")
         self._cells, self._names, self._large_list, self._won = (ctx.buffer(reserve=20) for _ in range(4))
-        self._drawn = ctx.buffer(bytes(4 * _DRAWN_PARTS))
+        self._lists, self._drawn = ctx.buffer(bytes(_LISTS_BYTES)), ctx.buffer(reserve=4 * _DRAWN_PARTS)
 
-    def _build_resolve(self, defines: dict[str, object]) -> None:
+    def _build_resolve(self, defines: dict[str, object], wide: Sequence[str]) -> None:
         if self._software:
             program = build(self._ctx, "shaders/screen.vert", f"{_FOLDER}/resolve.frag", defines=defines)
             self._resolve: moderngl.ComputeShader | moderngl.Program = program
             self._triangle = self._ctx.vertex_array(program, [])
         else:
-            self._resolve = build_compute(self._ctx, f"{_FOLDER}/resolve.comp", defines)
+            self._resolve = build_compute(self._ctx, f"{_FOLDER}/resolve.comp", defines, extensions=wide)
 
     def update(self, instant: Instant) -> None:
         """Make room for the cells of the largest view and for the lists of the longest run of chunks."""
@@ -78,9 +90,10 @@ class VisibilityBuffer:
         self._cells = at_least(self._ctx, self._cells, pixels * (8 if self._wide else 4))
         if not self._wide:
             self._names = at_least(self._ctx, self._names, pixels * 4)
-        chunks = max((seen.blades.count for view in instant.views for seen in self._world.seen(view)), default=0)
-        self._won = at_least(self._ctx, self._won, chunks * 4)
-        self._large_list = at_least(self._ctx, self._large_list, 4 + chunks * 128)
+        blades = max((seen.blades.items for view in instant.views for seen in self._world.seen(view)), default=0)
+        self._large_list = at_least(self._ctx, self._large_list, blades * 4)
+        if not self._wide:
+            self._won = at_least(self._ctx, self._won, blades * 4)
 
     def draw(self, view: View) -> None:
         """Fill the cells with every blade that the view shows, then turn them into surfaces or a shadow map's depth."""
@@ -88,8 +101,8 @@ class VisibilityBuffer:
         if not seen:
             return
         self._block.bind()
-        buffers = (self._cells, self._names, self._large_list, self._won, self._drawn)
-        for binding, buffer in zip((CELLS, NAMES, LARGE, WON, DRAWN), buffers, strict=True):
+        buffers = (self._cells, self._names, self._lists, self._large_list, self._won, self._drawn)
+        for binding, buffer in zip((CELLS, NAMES, LISTS, LARGE, WON, DRAWN), buffers, strict=True):
             buffer.bind_to_storage_buffer(binding)
         self._empty(view)
         for each in seen:
@@ -109,7 +122,6 @@ class VisibilityBuffer:
         shader = self._clear[view.purpose]
         width, height = view.size_px
         if view.purpose == "picture":
-            self._drawn.write(bytes(self._drawn.size))
             shader["farthest_m"] = view.near_and_far_m[1]
         shader.run(-(-width // 8), -(-height // 8))
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
@@ -123,23 +135,24 @@ class VisibilityBuffer:
         values = {
             "firstChunk": seen.blades.first,
             "chunkCount": seen.blades.count,
-            "large_px": 96.0,
+            "large_px": 1000.0,
             "firstName": 32 * seen.page.first_id,
             "near_m": view.near_and_far_m[0],
         }
-        put(raster, **values)
-        put(large, **values)
-        self._large_list.write(bytes(4))
-        runs = (False, True) if view.purpose == "picture" and not self._wide else (False,)
-        for naming in runs:
-            put(raster, naming=naming)
-            put(large, naming=naming)
-            if not naming and len(runs) > 1:
-                self._won.write(bytes(4 * seen.blades.count))
-            raster.run(*seen.blades.groups)
+        for shader in (raster, large):
+            put(shader, **values, naming=False)
+        self._plan["rows"] = view.size_px[1]
+        raster.run(*seen.blades.groups)
+        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+        self._plan.run()
+        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
+        large.run_indirect(self._lists, _LARGE_GROUPS)
+        if view.purpose == "picture" and not self._wide:
             self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-            large.run(64 if self._software else 2048)
-            self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+            raster["naming"] = large["naming"] = True
+            raster.run_indirect(self._lists, _WON_GROUPS)
+            large.run_indirect(self._lists, _LARGE_GROUPS)
+        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def _show(self, seen: Seen, view: View) -> None:
         page = seen.page
@@ -169,14 +182,12 @@ class VisibilityBuffer:
 
     def release(self) -> None:
         """Free programs, blocks and buffers."""
-        for shader in (*self._clear.values(), *self._raster.values(), *self._large.values(), self._resolve):
+        for shader in (*self._clear.values(), *self._raster.values(), *self._large.values(), self._plan, self._resolve):
             shader.release()
         if self._software:
             self._triangle.release()
         self._shadow.program.release()
         self._shadow.release()
-        for part in (self._block, self._cells, self._names, self._large_list, self._won, self._drawn):
+        for part in (self._block, self._cells, self._names, self._lists, self._large_list, self._won, self._drawn):
             part.release()
 
-
-assert _DEPTH_UNIT == 14

@@ -6,11 +6,17 @@ layout(local_size_x = 8, local_size_y = 8) in;
 #ifndef SHADOW
 layout(binding = 14) uniform sampler2D gDepth;
 
+layout(std430, binding = 10) writeonly buffer Drawn { uint drawn[]; };
+
 uniform float farthest_m;
 #endif
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+#ifndef SHADOW
+    uint number = gl_WorkGroupID.x + gl_NumWorkGroups.x * gl_WorkGroupID.y;
+    if (gl_LocalInvocationIndex == 0u && number < 1024u) drawn[number] = 0u;
+#endif
     if (any(greaterThanEqual(pixel, ivec2(view.size_px.xy)))) return;
 #ifdef SHADOW
     clearCell(cellOf(pixel), 0.0);

@@ -4,6 +4,7 @@
 
 #if !defined(WIDE) && !defined(SHADOW)
 // With 32 bits a cell is filled in two runs of the same code: how near, then, where it is as near as that, the name.
+#define TWO_RUNS
 uniform bool naming;
 #endif
 

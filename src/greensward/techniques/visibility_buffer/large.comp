@@ -1,15 +1,10 @@
-// Draws the blades that raster.comp left over: a workgroup for each, its rows dealt out to the invocations, clipped at the
-// near plane.
-#ifdef WIDE
-#extension GL_NV_gpu_shader5 : require
-#extension GL_NV_shader_atomic_int64 : require
-#endif
+// Draws the blades that raster.comp left over, clipped at the near plane: a column of workgroups for each, an invocation for
+// each row of the picture.
 #include "techniques/visibility_buffer/strip.glsl"
 #include "techniques/visibility_buffer/fill.glsl"
+#include "techniques/visibility_buffer/lists.glsl"
 
 layout(local_size_x = 64) in;
-
-layout(std430, binding = 7) readonly buffer Large { uint largeCount; uint large[]; };
 
 uniform uint firstName;
 #ifndef SHADOW
@@ -54,7 +49,8 @@ void fillPolygon(vec4 a0, vec4 a1, vec4 b1, vec4 b0, bool turned, uint name) {
         ends = vec2(min(ends.x, p.corners[i].z), max(ends.y, p.corners[i].z));
     }
     ivec2 rows = within(tall.x, tall.y, size.y);
-    for (int row = rows.x + int(gl_LocalInvocationID.x); row < rows.y; row += 64) {
+    int every = 64 * int(gl_NumWorkGroups.y), first = 64 * int(gl_WorkGroupID.y) + int(gl_LocalInvocationID.x);
+    for (int row = rows.x + first; row < rows.y; row += every) {
         vec2 span = vec2(1e9, -1e9);
         for (int i = 0; i < p.count; i++) widen(span, float(row), p.corners[i], p.corners[(i + 1) % p.count]);
         ivec2 columns = within(span.x, span.y, size.x);
@@ -101,5 +97,5 @@ void drawBlade(uint index) {
 }
 
 void main() {
-    for (uint i = gl_WorkGroupID.x; i < largeCount; i += gl_NumWorkGroups.x) drawBlade(large[i]);
+    for (uint i = gl_WorkGroupID.x; i < listed[LARGE]; i += gl_NumWorkGroups.x) drawBlade(large[i]);
 }

@@ -1,19 +1,14 @@
 // Draws blades, one an invocation; those that are large on the screen are left to large.comp.
-#ifdef WIDE
-#extension GL_NV_gpu_shader5 : require
-#extension GL_NV_shader_atomic_int64 : require
-#endif
 #include "culling/shows.glsl"
 #include "techniques/visibility_buffer/strip.glsl"
 #include "techniques/visibility_buffer/fill.glsl"
+#include "techniques/visibility_buffer/lists.glsl"
 
 layout(local_size_x = 32) in;
 
 layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
-layout(std430, binding = 7) buffer Large { uint largeCount; uint large[]; };
 #ifndef SHADOW
-layout(std430, binding = 8) buffer Won { uint won[]; };      // of each chunk, the blades that may show
-layout(std430, binding = 9) buffer Drawn { uint drawn[]; };  // blades, summed in 1,024 parts
+layout(std430, binding = 10) buffer Drawn { uint drawn[]; };  // blades, summed in 1,024 parts
 uniform uint firstName;
 #endif
 
@@ -32,15 +27,26 @@ bool isLarge(Strip s) {
     return (size.y + side.y + 1.0) * (side.x + 2.0) + size.x > large_px;
 }
 
-void main() {
+// Which blade of the page is this invocation's
+bool take(out uint index) {
     uint chunk = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, lane = gl_LocalInvocationID.x;
-    if (chunk >= uint(chunkCount)) return;
-    uvec2 run = chunks[uint(firstChunk) + chunk];
-    if (lane >= run.y) return;
-#if !defined(WIDE) && !defined(SHADOW)
-    if (naming && (won[chunk] >> lane & 1u) == 0u) return;
+#ifdef TWO_RUNS
+    if (naming) {
+        uint item = 32u * chunk + lane;
+        if (item >= listed[WON]) return false;
+        index = won[item];
+        return true;
+    }
 #endif
-    uint index = run.x + lane, name = 0u;
+    if (chunk >= uint(chunkCount)) return false;
+    uvec2 run = chunks[uint(firstChunk) + chunk];
+    index = run.x + lane;
+    return lane < run.y;
+}
+
+void main() {
+    uint index, name = 0u;
+    if (!take(index)) return;
     Blade b;
     Hull h;
     float wide;
@@ -48,13 +54,13 @@ void main() {
     Strip s = stripOf(b, h, wide);
 #ifndef SHADOW
     name = firstName + 32u * index;
-#ifndef WIDE
+#ifdef TWO_RUNS
     if (!naming)
 #endif
-    atomicAdd(drawn[chunk & 1023u], 1u);
+    atomicAdd(drawn[gl_WorkGroupID.x & 1023u], 1u);
 #endif
     if (isLarge(s)) {
-        large[atomicAdd(largeCount, 1u)] = index;
+        large[atomicAdd(gathered[LARGE], 1u)] = index;
         return;
     }
     bool shown = false;
@@ -83,7 +89,7 @@ void main() {
         right = nextRight;
         name++;
     }
-#if !defined(WIDE) && !defined(SHADOW)
-    if (!naming && shown) atomicOr(won[chunk], 1u << lane);
+#ifdef TWO_RUNS
+    if (!naming && shown) won[atomicAdd(gathered[WON], 1u)] = index;
 #endif
 }

@@ -1,6 +1,3 @@
-#ifdef WIDE
-#extension GL_NV_gpu_shader5 : require
-#endif
 #define SURFACE_IMAGES
 #include "shaders/emit.glsl"
 #include "techniques/visibility_buffer/resolve.glsl"
