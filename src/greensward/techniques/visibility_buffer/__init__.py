@@ -32,6 +32,11 @@ def has_wide_atomics(ctx: moderngl.Context) -> bool:
     return set(_WIDE) <= ctx.extensions
 
 
+def large_px(software: bool) -> float:
+    """Pixels of a blade above which a workgroup draws it instead of an invocation."""
+    return 1000.0 if software else 96.0
+
+
 class Settings(LeafSettings):
     """How finely blades are cut, and how thin they may become."""
 
@@ -53,6 +58,7 @@ class VisibilityBuffer:
         assert isinstance(settings, Settings)
         self._ctx, self._world = ctx, world
         self._software = is_software(ctx)
+        self._large_px = large_px(self._software)
         self._wide = has_wide_atomics(ctx)
         self._block = BlockBuffer(ctx, LEAF_BLOCK)
         self._block.set(**settings.block_values())
@@ -135,7 +141,7 @@ class VisibilityBuffer:
         values = {
             "firstChunk": seen.blades.first,
             "chunkCount": seen.blades.count,
-            "large_px": 1000.0,
+            "large_px": self._large_px,
             "firstName": 32 * seen.page.first_id,
             "near_m": view.near_and_far_m[0],
         }
@@ -182,7 +188,13 @@ class VisibilityBuffer:
 
     def release(self) -> None:
         """Free programs, blocks and buffers."""
-        for shader in (*self._clear.values(), *self._raster.values(), *self._large.values(), self._plan, self._resolve):
+        for shader in (
+            *self._clear.values(),
+            *self._raster.values(),
+            *self._large.values(),
+            self._plan,
+            self._resolve,
+        ):
             shader.release()
         if self._software:
             self._triangle.release()
@@ -190,4 +202,3 @@ class VisibilityBuffer:
         self._shadow.release()
         for part in (self._block, self._cells, self._names, self._lists, self._large_list, self._won, self._drawn):
             part.release()
-

@@ -73,7 +73,7 @@ void drawBlade(uint index) {
     vec2 edges = edgesAt(s, 0.0, centre.w);
     vec4 left = centre + edges.x * s.side, right = centre + edges.y * s.side, ridge = vec4(0.0);
 #ifdef FOLD
-    bool folded = s.shape == QUADRATIC_3D;
+    bool folded = isFolded(s);
     ridge = centre + 0.5 * (edges.x + edges.y) * s.side + foldAt(s, h, 0.0);
 #endif
     for (int k = 1; k <= s.segments; k++) {

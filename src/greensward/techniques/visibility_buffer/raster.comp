@@ -68,7 +68,7 @@ void main() {
     vec2 edges = edgesAt(s, 0.0, centre.w);
     vec3 left = onScreen(centre + edges.x * s.side), right = onScreen(centre + edges.y * s.side), ridge = vec3(0.0);
 #ifdef FOLD
-    bool folded = s.shape == QUADRATIC_3D;
+    bool folded = isFolded(s);
     ridge = onScreen(centre + 0.5 * (edges.x + edges.y) * s.side + foldAt(s, h, 0.0));
 #endif
     for (int k = 1; k <= s.segments; k++) {

@@ -37,7 +37,7 @@ bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
     vec3 tangent = bezierTangent(h.v0, h.v1, h.v2, v);
     vec3 offset = wide * across * s.side_ws;
 #ifdef FOLD
-    offset += wide * shapeFold(s.shape, u, v) * cross(s.side_ws, normalize(tangent));
+    if (isFolded(s)) offset += wide * shapeFold(s.shape, u, v) * cross(s.side_ws, normalize(tangent));
 #endif
     vec3 position_ws = mix(bezierPoint(h.v0, h.v1, h.v2, v0), bezierPoint(h.v0, h.v1, h.v2, v1), along) + offset;
     vec3 control, tip;

@@ -39,3 +39,6 @@ vec4 foldAt(Strip s, Hull h, float v) {
     vec3 outward = cross(s.side_ws, normalize(bezierTangent(h.v0, h.v1, h.v2, v)));
     return view.jittered_clip_from_world * vec4(s.width * shapeFold(s.shape, 0.5, v) * outward, 0.0);
 }
+
+// One quad is too far away to show its fold
+bool isFolded(Strip s) { return s.shape == QUADRATIC_3D && s.segments > 1; }
