@@ -14,7 +14,7 @@ import numpy.typing as npt
 from greensward.gpu.blocks import BlockBuffer
 from greensward.gpu.context import driver_name, open_context
 from greensward.gpu.depth import ReversedDepth
-from greensward.gpu.pixel_pass import Shell
+from greensward.gpu.pixel_pass import Shell, best_shell
 from greensward.gpu.state import kept_state
 from greensward.gpu.timers import PassTimers
 from greensward.gpu.view import VIEW_BLOCK, View, look, view_values
@@ -129,13 +129,14 @@ class Renderer:
         self.timers = PassTimers(ctx)
         self._depth = ReversedDepth(ctx)
         self._view_blocks = [BlockBuffer(ctx, VIEW_BLOCK) for _ in range(5)]
-        self._world = World(ctx, self.scene, heights, scripts)
+        self._shell = shell = shell or best_shell(ctx)
+        self._world = World(ctx, self.scene, heights, shell, scripts)
         self._technique = self._technique_type(ctx, self._world, self._settings)
-        self._terrain = Terrain(ctx, self._world, shell)
+        self._terrain = Terrain(ctx, self._world, shell, self._technique.last)
         self._solids = Solids(ctx, self._world)
         self._heads = Heads(ctx, self._world)
         self._shadows = ShadowMaps(ctx, self._world)
-        self._gbuffer = GBuffer(ctx, size, self._depth)
+        self._gbuffer = GBuffer(ctx, size, self._depth, shell)
         self._blade_pixels = BladePixels(ctx)
         self._lighting = Lighting(ctx, self.scene, size, shell)
         self._post = Post(ctx, size, shell)
@@ -240,7 +241,7 @@ class Renderer:
         self._check_size(size)
         with self._kept():
             self._gbuffer.release()
-            self._gbuffer = GBuffer(self.ctx, size, self._depth)
+            self._gbuffer = GBuffer(self.ctx, size, self._depth, self._shell)
             self._lighting.resize(size)
             self._post.resize(size)
         self.size = size
@@ -271,7 +272,7 @@ class Renderer:
             self._lit_by = shadow_views
             for sample in range(self.samples):
                 with self.timers.measure("clear"):
-                    self._gbuffer.clear()
+                    self._gbuffer.clear(rastered=not self._technique.last or self._world.has_meshes)
                 with self._depth.drawing():
                     values = view_values(view, previous_view, jitter(sample))
                     values["jittered_clip_from_world"] = self._depth.matrix(values["jittered_clip_from_world"])
@@ -335,15 +336,17 @@ class Renderer:
         target.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         objects, ground = ("objects", self._solids.draw), ("ground", self._terrain.draw)
-        grass = ("grass", self._technique.draw), ("heads", self._heads.draw)
-        # the ground last: where grass hides it, its shader does not run
-        passes: list[tuple[str, Callable[[View], None]]] = [objects, *grass, ground]
-        if self._technique.last or (hiding and self._world.pyramid):
-            passes = [objects, ground, *grass]
+        grass, heads = ("grass", self._technique.draw), ("heads", self._heads.draw)
+        passes: list[tuple[str, Callable[[View], None]]]
         if self._technique.last:
-            passes = [objects, ground, grass[1], grass[0]]
+            passes = [objects, heads, ground, grass]
+        elif hiding and self._world.pyramid:
+            passes = [objects, ground, grass, heads]
+        else:
+            # the ground last: where grass hides it, its shader does not run
+            passes = [objects, grass, heads, ground]
         if hiding and self._world.pyramid:
-            passes.insert(2, ("ground", self._build_pyramid))
+            passes.insert(passes.index(ground) + 1, ("ground", self._build_pyramid))
         for name, draw in passes:
             with self.timers.measure(name if view.purpose == "picture" else "shadows"):
                 draw(view)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.culling import ChunkTable, Pyramid, Span, distance_to, shares_needed
+from greensward.gpu.pixel_pass import Shell
 from greensward.gpu.view import View
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
@@ -47,10 +48,17 @@ class World:
     """Ground, field, objects and motion of a scene on one context."""
 
     def __init__(
-        self, ctx: moderngl.Context, scene: Scene, heights: HeightField, scripts: Mapping[str, Script] | None = None
+        self,
+        ctx: moderngl.Context,
+        scene: Scene,
+        heights: HeightField,
+        shell: Shell,
+        scripts: Mapping[str, Script] | None = None,
     ) -> None:
         self.ctx = ctx
         self.scene = scene
+        self.shell = shell
+        """Where full-screen passes run."""
         self.ground = GroundGpu(ctx, scene, heights)
         flying, flights = helicopters(scene.wind, heights)
         self.objects = scene.object + flying
@@ -65,6 +73,8 @@ class World:
         if scene.simulation:
             self._colliders = Colliders(ctx, self.objects, heights, scripts or {}, scene.resolve)
             self._simulated = Simulated(ctx, scene, self._colliders)
+        self.has_meshes = any(thing.drawn for thing in self.objects) or any(g.head != "none" for g in scene.grass)
+        """Whether a picture may show objects, flowers or seed heads, which have triangles."""
         self.chunks = ChunkTable(ctx)
         hills = heights.there and heights.highest_m > heights.lowest_m
         hiding = hills or any(thing.drawn for thing in self.objects)

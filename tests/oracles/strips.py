@@ -1,5 +1,7 @@
 """Blades as strips of quads on the screen, filled pixel by pixel in float64 (techniques/visibility_buffer)."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from oracles import bezier
@@ -25,7 +27,7 @@ def on_screen(points: np.ndarray, clip_from_world: np.ndarray, size: tuple[int, 
 
 
 def fill(quads: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What is nearest at each pixel's centre: (blade + 1 or 0, inverse depth, pixels from the nearest edge of any quad).
+    """What is nearest at each pixel's centre: blade + 1 or 0, inverse depth, pixels to the nearest edge of a quad.
 
     `quads` are (blades, levels, 2, 3) as `on_screen` gives them. Rows from the bottom, each (height, width).
     """
@@ -37,7 +39,7 @@ def fill(quads: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarr
         np.full((height, width), np.inf),
     )
     for blade, levels in enumerate(quads, start=1):
-        for (a0, a1), (b0, b1) in zip(levels[:-1], levels[1:], strict=True):
+        for (a0, a1), (b0, b1) in pairwise(levels):
             polygon = [a0, a1, b1, b0]
             low, high = (f([p[:2] for p in polygon], axis=0) for f in (np.min, np.max))
             if np.any(high < -1.0) or np.any(low > np.array(size) + 1.0):

@@ -103,7 +103,7 @@ def _across(up, facing, chord):
 @pytest.mark.parametrize("threshold", [-1.0, 1e9], ids=["by rows", "by blades"])
 def test_no_cracks_between_segments(renderer, monkeypatch, threshold):
     """Blades as broad as the picture, in 32 segments, close the view."""
-    monkeypatch.setattr(visibility_buffer, "large_px", lambda software: threshold)
+    monkeypatch.setattr(visibility_buffer, "large_px", lambda _: threshold)
     broad = {**GRASS, "shape": "quad", "width_m": [2.0, 2.0], "height_m": [4.0, 4.0], "bend": [0.5, 0.9]}
     camera = {"position_m": [0.0, 1.0, 4.0], "target_m": [0.0, 1.0, 0.0], "fov_y_deg": 25.0}
     truth = _ids(
@@ -117,7 +117,7 @@ def test_no_cracks_between_segments(renderer, monkeypatch, threshold):
 def test_large_blades_by_rows_show_the_same(renderer, monkeypatch):
     scene, results = _scene(wind=[BREEZE]), []
     for threshold in (-1.0, 60.0, 1e9):
-        monkeypatch.setattr(visibility_buffer, "large_px", lambda software, t=threshold: t)
+        monkeypatch.setattr(visibility_buffer, "large_px", lambda _, t=threshold: t)
         results.append(_ids(renderer, scene, size=(320, 180)))
     for other in results[1:]:
         assert (other["blade_id"] == results[0]["blade_id"]).mean() > 0.9995
@@ -128,7 +128,7 @@ def test_one_64_bit_run_or_two_of_32_give_the_same_picture(renderer, ctx, monkey
         pytest.skip("this driver has no 64-bit atomics")
     scene, size = _scene(wind=[BREEZE]), (640, 360)
     wide = renderer(scene, size=size).render(1.0, aovs=["blade-id", "depth"])
-    monkeypatch.setattr(visibility_buffer, "has_wide_atomics", lambda ctx: False)
+    monkeypatch.setattr(visibility_buffer, "has_wide_atomics", lambda _: False)
     narrow = renderer(scene, size=size).render(1.0, aovs=["blade-id", "depth"])
     assert wide.image.tobytes() == narrow.image.tobytes()
     np.testing.assert_array_equal(wide.truth["blade_id"], narrow.truth["blade_id"])

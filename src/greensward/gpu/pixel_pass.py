@@ -17,6 +17,13 @@ Shell = Literal["fragment", "compute"]
 _VERTEX = """#version 430 core
 void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }
 """
+IMAGES_WRITTEN = (
+    moderngl.TEXTURE_FETCH_BARRIER_BIT
+    | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
+    | moderngl.FRAMEBUFFER_BARRIER_BIT
+    | moderngl.TEXTURE_UPDATE_BARRIER_BIT
+)
+"""The barrier after a compute shader wrote images that anything may read."""
 _IMAGE_FORMATS = {"f1": "rgba8", "f2": "rgba16f", "f4": "rgba32f"}
 
 
@@ -89,12 +96,7 @@ class PixelPass:
             for unit, target in enumerate(targets):
                 target.bind_to_image(unit, read=False, write=True)
             self._compute.run(-(-targets[0].width // 8), -(-targets[0].height // 8))
-            self._ctx.memory_barrier(
-                moderngl.TEXTURE_FETCH_BARRIER_BIT
-                | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
-                | moderngl.FRAMEBUFFER_BARRIER_BIT
-                | moderngl.TEXTURE_UPDATE_BARRIER_BIT
-            )
+            self._ctx.memory_barrier(IMAGES_WRITTEN)
             return
         self._framebuffer(targets).use()
         self._ctx.enable_only(moderngl.NOTHING)

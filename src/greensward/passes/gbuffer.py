@@ -8,6 +8,7 @@ import numpy as np
 from greensward.culling import at_least
 from greensward.gpu.context import gl_function
 from greensward.gpu.depth import ReversedDepth
+from greensward.gpu.pixel_pass import IMAGES_WRITTEN, Shell
 from greensward.gpu.program import build_compute
 
 FIRST_UNIT = 10
@@ -21,7 +22,8 @@ class GBuffer:
     Where the class is sky, the first three hold what an earlier frame left.
     """
 
-    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], depth: ReversedDepth) -> None:
+    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], depth: ReversedDepth, shell: Shell) -> None:
+        self._ctx = ctx
         self.colour = ctx.texture(size, 4, dtype="f1")
         self.normal = ctx.texture(size, 4, dtype="f2")
         self.motion = ctx.texture(size, 2, dtype="f4")
@@ -38,13 +40,21 @@ class GBuffer:
         self._sky = (ctypes.c_uint * 4)()
         self._far = (ctypes.c_float * 4)(float("inf"))
         self._z_clear = (ctypes.c_float * 1)(depth.cleared)
+        self._empty = build_compute(ctx, "passes/clear.comp") if shell == "compute" else None
 
-    def clear(self) -> None:
-        """Empty it: sky, infinitely far. moderngl's own clear cannot set targets of different types apart."""
-        self.framebuffer.use()
-        self._clear_uint(_COLOUR, _ID, self._sky)
-        self._clear_float(_COLOUR, _LINEAR_DEPTH, self._far)
-        self._clear_float(_DEPTH, 0, self._z_clear)
+    def clear(self, rastered: bool) -> None:
+        """Empty it: sky, infinitely far. Its depth buffer only where something is to be `rastered`."""
+        if rastered or not self._empty:
+            # moderngl's own clear cannot set targets of different types apart
+            self.framebuffer.use()
+            self._clear_float(_DEPTH, 0, self._z_clear)
+        if self._empty:
+            self.bind_images()
+            self._empty.run(*(-(-edge // 8) for edge in self.id.size))
+            self._ctx.memory_barrier(IMAGES_WRITTEN)
+        else:
+            self._clear_uint(_COLOUR, _ID, self._sky)
+            self._clear_float(_COLOUR, _LINEAR_DEPTH, self._far)
 
     def bind(self) -> None:
         """Bind for reading at texture units 10 to 14."""
@@ -58,6 +68,8 @@ class GBuffer:
 
     def release(self) -> None:
         """Free the GPU memory."""
+        if self._empty:
+            self._empty.release()
         self.framebuffer.release()
         self._z.release()
         for texture in self._textures:

@@ -4,22 +4,29 @@ import math
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 
-from greensward.gpu.pixel_pass import PixelPass, Shell
-from greensward.gpu.program import build
+from greensward.gpu.pixel_pass import IMAGES_WRITTEN, PixelPass, Shell
+from greensward.gpu.program import build, build_compute, put
 from greensward.gpu.view import View
+from greensward.ground import HeightField
 from greensward.passes.gbuffer import GBuffer
-from greensward.world import World
+from greensward.world import RECORDS, World
 
 _CELLS = 96  # per side of a level
 _FOLDER = "passes/terrain"
 
 
 class Terrain:
-    """Draws the ground with the colour of soil, maps, and of the sward where blades end."""
+    """Draws the ground with the colour of soil, maps, and of the sward where blades end.
 
-    def __init__(self, ctx: moderngl.Context, world: World, shell: Shell | None) -> None:
+    `after_all`: in pictures all that needs the depth buffer is drawn before it, so that rays can find the ground.
+    """
+
+    def __init__(self, ctx: moderngl.Context, world: World, shell: Shell, after_all: bool) -> None:
         self._there = world.ground.heights.there
+        marches = after_all and shell == "compute" and self._there
+        self._march = _March(ctx, world.ground.heights) if marches else None
         cell = min(world.ground.heights.cell_m())
         self._spacing = min(max(2.0 ** math.floor(math.log2(cell)), 0.25), 1.0)
         far = world.scene.camera.far_m
@@ -45,6 +52,9 @@ class Terrain:
         """Draw the surface: depth and ids; its colour and normal come later, where it is seen."""
         if not self._there:
             return
+        if self._march and view.purpose == "picture":
+            self._march.run(view)
+            return
         full, rings = self._arrays[view.purpose]
         full.program["firstLevel"] = 0
         full.render(moderngl.TRIANGLES)
@@ -62,12 +72,57 @@ class Terrain:
     def release(self) -> None:
         """Free the GPU resources."""
         self._material.release()
+        if self._march:
+            self._march.release()
         for arrays in self._arrays.values():
             arrays[0].program.release()
             for array in arrays:
                 array.release()
         for buffer in (self._corners, self._full, self._ring):
             buffer.release()
+
+
+class _March:
+    """The ground by rays in a compute shader, which writes the G-buffer's images where it is nearest."""
+
+    def __init__(self, ctx: moderngl.Context, heights: HeightField) -> None:
+        self._ctx = ctx
+        self._shader = build_compute(ctx, f"{_FOLDER}/march.comp", {"TARGETS": 1})
+        highest, starts = highest_heights(heights.heights)
+        self._highest = ctx.buffer(highest)
+        put(
+            self._shader,
+            starts=(starts + [0] * 16)[:16],
+            topLevel=len(starts) - 1,
+            relief_m=(heights.lowest_m, heights.highest_m),
+        )
+
+    def run(self, view: View) -> None:
+        self._highest.bind_to_storage_buffer(RECORDS)
+        self._shader["range_m"] = view.near_and_far_m
+        self._shader.run(*(-(-edge // 8) for edge in view.size_px))
+        self._ctx.memory_barrier(IMAGES_WRITTEN)
+
+    def release(self) -> None:
+        self._shader.release()
+        self._highest.release()
+
+
+def highest_heights(heights: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.float32], list[int]]:
+    """Maxima of the height map over 2 × 2, 4 × 4, … cells, one level after the other, and where each level starts.
+
+    Level 0, single cells, is left out; the last has one entry. Never empty.
+    """
+    cells = np.maximum(np.maximum(heights[:-1, :-1], heights[1:, :-1]), np.maximum(heights[:-1, 1:], heights[1:, 1:]))
+    levels, starts, count = [np.zeros(0, np.float32)], [0], 0
+    while cells.size > 1:
+        rows, columns = (-(-edge // 2) for edge in cells.shape)
+        even = np.pad(cells, ((0, 2 * rows - cells.shape[0]), (0, 2 * columns - cells.shape[1])), "edge")
+        cells = even.reshape(rows, 2, columns, 2).max((1, 3))
+        starts.append(count)
+        count += cells.size
+        levels.append(cells.ravel())
+    return np.concatenate([*levels, np.zeros(int(count == 0), np.float32)]), starts
 
 
 def _grid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Blades rasterised by compute shaders into a visibility buffer: which blade is nearest at each pixel, then its surface."""
+"""Blades rasterised by compute shaders: first which of them is nearest at each pixel, then the surface it shows."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 from greensward.culling import at_least, test_defines, width_from
 from greensward.gpu.blocks import BlockBuffer
 from greensward.gpu.context import is_software
+from greensward.gpu.pixel_pass import IMAGES_WRITTEN
 from greensward.gpu.program import build, build_compute, put
 from greensward.gpu.view import View
 from greensward.scene.base import Count
@@ -45,7 +46,7 @@ class Settings(LeafSettings):
 
 
 class VisibilityBuffer:
-    """Every blade is a strip of quads that one invocation fills pixel by pixel; a pass over the picture does the rest."""
+    """Every blade is a strip of quads that one invocation fills; a pass over the picture makes surfaces of them."""
 
     name: ClassVar[str] = "visibility-buffer"
     source: ClassVar[str] = (
@@ -57,14 +58,15 @@ class VisibilityBuffer:
     def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
         assert isinstance(settings, Settings)
         self._ctx, self._world = ctx, world
-        self._software = is_software(ctx)
-        self._large_px = large_px(self._software)
+        self._large_px = large_px(is_software(ctx))
         self._wide = has_wide_atomics(ctx)
         self._block = BlockBuffer(ctx, LEAF_BLOCK)
         self._block.set(**settings.block_values())
         tests, hiding = world.scene.culling, world.pyramid is not None
         fold = {"FOLD": 1} if any(grass.shape == "quadratic-3d" for grass in world.scene.grass) else {}
-        self._clear, self._raster, self._large = {}, {}, {}
+        self._clear: dict[str, moderngl.ComputeShader] = {}
+        self._raster: dict[str, moderngl.ComputeShader] = {}
+        self._large: dict[str, moderngl.ComputeShader] = {}
         for purpose in ("picture", "shadow"):
             defines = {**test_defines(tests, purpose, hiding), **fold}
             wide = _WIDE if self._wide and purpose == "picture" else ()
@@ -83,7 +85,7 @@ class VisibilityBuffer:
         self._lists, self._drawn = ctx.buffer(bytes(_LISTS_BYTES)), ctx.buffer(reserve=4 * _DRAWN_PARTS)
 
     def _build_resolve(self, defines: dict[str, object], wide: Sequence[str]) -> None:
-        if self._software:
+        if self._world.shell == "fragment":
             program = build(self._ctx, "shaders/screen.vert", f"{_FOLDER}/resolve.frag", defines=defines)
             self._resolve: moderngl.ComputeShader | moderngl.Program = program
             self._triangle = self._ctx.vertex_array(program, [])
@@ -102,7 +104,7 @@ class VisibilityBuffer:
             self._won = at_least(self._ctx, self._won, blades * 4)
 
     def draw(self, view: View) -> None:
-        """Fill the cells with every blade that the view shows, then turn them into surfaces or a shadow map's depth."""
+        """Fill the cells with every blade that the view shows, then turn them into surfaces or into depth."""
         seen = self._world.seen(view)
         if not seen:
             return
@@ -171,12 +173,7 @@ class VisibilityBuffer:
         )
         if isinstance(self._resolve, moderngl.ComputeShader):
             self._resolve.run(*(-(-edge // 8) for edge in view.size_px))
-            self._ctx.memory_barrier(
-                moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
-                | moderngl.TEXTURE_FETCH_BARRIER_BIT
-                | moderngl.FRAMEBUFFER_BARRIER_BIT
-                | moderngl.TEXTURE_UPDATE_BARRIER_BIT
-            )
+            self._ctx.memory_barrier(IMAGES_WRITTEN)
         else:
             self._ctx.enable_only(moderngl.NOTHING)
             self._triangle.render(moderngl.TRIANGLES, vertices=3)
@@ -188,17 +185,12 @@ class VisibilityBuffer:
 
     def release(self) -> None:
         """Free programs, blocks and buffers."""
-        for shader in (
-            *self._clear.values(),
-            *self._raster.values(),
-            *self._large.values(),
-            self._plan,
-            self._resolve,
-        ):
-            shader.release()
-        if self._software:
+        for shaders in (self._clear, self._raster, self._large):
+            for shader in shaders.values():
+                shader.release()
+        if self._world.shell == "fragment":
             self._triangle.release()
         self._shadow.program.release()
-        self._shadow.release()
-        for part in (self._block, self._cells, self._names, self._lists, self._large_list, self._won, self._drawn):
+        buffers = (self._cells, self._names, self._lists, self._large_list, self._won, self._drawn)
+        for part in (self._plan, self._resolve, self._shadow, self._block, *buffers):
             part.release()

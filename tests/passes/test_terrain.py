@@ -1,0 +1,89 @@
+"""The ground by rays, in compute shaders, and the pyramid that they run down."""
+
+import numpy as np
+import pytest
+
+from greensward.ground import HeightField
+from greensward.passes.terrain import highest_heights
+from greensward.truth import CLASSES
+from reprojection import world_points
+from small_scenes import NOISE, small_scene
+
+CAMERAS = {
+    "level": {"position_m": [0.0, 1.7, 4.0], "target_m": [3.0, 1.5, -9.0]},
+    "over the edge": {"position_m": [55.0, 3.0, -47.0], "target_m": [90.0, 0.0, -99.0]},
+    "down": {"position_m": [0.0, 60.0, 0.1], "target_m": [0.0, 0.0, 0.0]},
+    "along an axis": {"position_m": [5.0, 2.0, 5.0], "target_m": [5.0, 2.0, -5.0]},
+}
+GROUNDS = {"hills": {**NOISE, "height_m": 14.0}, "flat": {"kind": "flat"}}
+VISIBILITY_BUFFER = {"name": "visibility-buffer"}
+
+
+@pytest.mark.parametrize("camera", CAMERAS.values(), ids=CAMERAS)
+@pytest.mark.parametrize("ground", GROUNDS.values(), ids=GROUNDS)
+def test_rays_meet_the_ground_where_it_first_is(renderer, camera, ground):
+    scene = small_scene(grass=[], technique=VISIBILITY_BUFFER, ground=ground, camera={**camera, "far_m": 300.0})
+    drawn = renderer(scene, shell="compute")
+    truth = drawn.render(1.0, aovs=["depth", "class"]).truth
+    heights, here = HeightField.of(scene), truth["class"] == CLASSES["ground"]
+    assert here.mean() > 0.2
+    # where no ground is, nothing may lie before the far plane either
+    points = world_points(drawn, scene.camera, np.where(here, truth["depth"], 299.0)).reshape(-1, 3)
+    eye, here = drawn._view.camera_ws, here.ravel()
+    away = np.linalg.norm(points - eye, axis=1)
+    gap = points[:, 1] - heights.height(points[:, 0], points[:, 2])
+    assert np.abs(gap / away)[here].max() < 5e-4
+    for share in np.linspace(0.01, 0.995, 250):
+        before = eye + share * (points - eye)
+        clear = before[:, 1] - heights.height(before[:, 0], before[:, 2])
+        assert (clear > -1e-4 * away).all()
+
+
+def test_rays_draw_the_same_picture_as_triangles(renderer):
+    scene = small_scene(
+        technique=VISIBILITY_BUFFER,
+        ground={**NOISE, "height_m": 2.0},  # gentle, as triangles are coarse far away
+        object=[{"kind": "box", "position_m": [0.5, 0.0, -1.0], "size_m": [1.0, 1.2, 1.0]}],
+        grass=[{"head": "daisy", "head_share": 0.3}],
+    )
+    frames = []
+    for shell in ("fragment", "compute"):
+        drawn = renderer(scene, shell=shell, size=(320, 180))
+        drawn.render(0.9)
+        frames.append(drawn.render(1.0, aovs=["class", "blade-id", "motion", "depth"]))
+    triangles, rays = (frame.truth for frame in frames)
+    assert (triangles["class"] == rays["class"]).mean() > 0.995
+    assert (triangles["blade_id"] == rays["blade_id"]).mean() > 0.995
+    for name in ("ground", "object", "flower", "grass"):
+        assert (rays["class"] == CLASSES[name]).sum() > 50, name
+    ground = (triangles["class"] == CLASSES["ground"]) & (rays["class"] == CLASSES["ground"])
+    assert np.quantile(np.abs(triangles["depth"] / rays["depth"] - 1.0)[ground], 0.9) < 0.02
+    assert np.abs(frames[0].image.astype(int) - frames[1].image).mean() < 1.5
+
+
+def test_a_cut_moves_the_ground_by_the_camera(renderer):
+    """Motion of the ground is that of its points between the two cameras."""
+    scene = small_scene(grass=[], technique=VISIBILITY_BUFFER, ground={**NOISE, "height_m": 2.0})
+    drawn, still = renderer(scene, shell="compute"), renderer(scene, shell="fragment")
+    step = scene.camera.model_copy(update={"position_m": (0.2, 1.3, 4.0)})
+    for each in (drawn, still):
+        each.render(0.0)
+    rays, triangles = (each.render(0.1, camera=step, aovs=["motion", "class"]).truth for each in (drawn, still))
+    both = (rays["class"] == CLASSES["ground"]) & (triangles["class"] == CLASSES["ground"])
+    assert np.abs(rays["motion"][both]).max() > 1.0
+    assert np.quantile(np.abs(rays["motion"] - triangles["motion"])[both], 0.9) < 0.1
+
+
+@pytest.mark.parametrize("shape", [(2, 2), (2, 9), (17, 17), (100, 37)])
+def test_pyramid_holds_maxima(shape):
+    heights = np.random.default_rng(3).normal(size=shape).astype(np.float32)
+    table, starts = highest_heights(heights)
+    rows, columns = shape[0] - 1, shape[1] - 1
+    for level, start in enumerate(starts[1:], start=1):
+        size = 2**level
+        wide = -(-columns // size)
+        for row in range(-(-rows // size)):
+            for column in range(wide):
+                under = heights[row * size : row * size + size + 1, column * size : column * size + size + 1]
+                assert table[start + row * wide + column] == under.max()
+    assert len(starts) == max(int(np.ceil(np.log2(max(rows, columns)))) + 1, 1)
