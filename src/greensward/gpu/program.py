@@ -94,9 +94,11 @@ def locate(message: str, sources: Mapping[str, Source]) -> str:
     return _POSITION.sub(replace, message)
 
 
-def build(ctx: moderngl.Context, *paths: str, defines: Mapping[str, object] = {}) -> moderngl.Program:
-    """Compile and link one program from stage files; the extension is the stage."""
-    sources = {_STAGES[path.rsplit(".", 1)[1]]: assemble(path, defines) for path in paths}
+def build(
+    ctx: moderngl.Context, *paths: str, defines: Mapping[str, object] = {}, extensions: Sequence[str] = ()
+) -> moderngl.Program:
+    """Compile and link one program from stage files, whose suffix is the stage."""
+    sources = {_STAGES[path.rsplit(".", 1)[1]]: assemble(path, defines, extensions=extensions) for path in paths}
     try:
         return ctx.program(**{stage: source.text for stage, source in sources.items()})  # type: ignore[arg-type]
     except moderngl.Error as error:

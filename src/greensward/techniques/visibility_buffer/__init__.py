@@ -9,7 +9,6 @@ from pydantic import BaseModel, Field
 
 from greensward.culling import at_least, test_defines, width_from
 from greensward.gpu.blocks import BlockBuffer
-from greensward.gpu.context import is_software
 from greensward.gpu.pixel_pass import IMAGES_WRITTEN
 from greensward.gpu.program import build, build_compute, put
 from greensward.gpu.view import View
@@ -20,6 +19,8 @@ from greensward.world import BLADES, POSTURES, Instant, Seen, World
 _FOLDER = "techniques/visibility_buffer"
 CELLS, NAMES, LISTS, LARGE, WON, DRAWN = range(5, 11)
 """Shader-storage bindings while blades are drawn."""
+LARGE_PX = 4000.0
+"""Pixels of a blade above which a column of workgroups draws it instead of one invocation."""
 _DRAWN_PARTS = 1024
 _LISTS_BYTES = 40  # of lists.glsl
 _LARGE_GROUPS, _WON_GROUPS = 16, 28  # and where in it
@@ -31,11 +32,6 @@ _WIDE = ("GL_NV_gpu_shader5", "GL_NV_shader_atomic_int64")
 def has_wide_atomics(ctx: moderngl.Context) -> bool:
     """Whether shaders can take the larger of two 64-bit numbers in one step."""
     return set(_WIDE) <= ctx.extensions
-
-
-def large_px(software: bool) -> float:
-    """Pixels of a blade above which a workgroup draws it instead of an invocation."""
-    return 1000.0 if software else 96.0
 
 
 class Settings(LeafSettings):
@@ -58,7 +54,6 @@ class VisibilityBuffer:
     def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
         assert isinstance(settings, Settings)
         self._ctx, self._world = ctx, world
-        self._large_px = large_px(is_software(ctx))
         self._wide = has_wide_atomics(ctx)
         self._block = BlockBuffer(ctx, LEAF_BLOCK)
         self._block.set(**settings.block_values())
@@ -86,7 +81,9 @@ class VisibilityBuffer:
 
     def _build_resolve(self, defines: dict[str, object], wide: Sequence[str]) -> None:
         if self._world.shell == "fragment":
-            program = build(self._ctx, "shaders/screen.vert", f"{_FOLDER}/resolve.frag", defines=defines)
+            program = build(
+                self._ctx, "shaders/screen.vert", f"{_FOLDER}/resolve.frag", defines=defines, extensions=wide
+            )
             self._resolve: moderngl.ComputeShader | moderngl.Program = program
             self._triangle = self._ctx.vertex_array(program, [])
         else:
@@ -143,7 +140,7 @@ class VisibilityBuffer:
         values = {
             "firstChunk": seen.blades.first,
             "chunkCount": seen.blades.count,
-            "large_px": self._large_px,
+            "large_px": LARGE_PX,
             "firstName": 32 * seen.page.first_id,
             "near_m": view.near_and_far_m[0],
         }
