@@ -17,13 +17,13 @@ from greensward.motion import Colliders, Postures, Remembering, Simulated, Winds
 from greensward.objects.helicopter import helicopters
 from greensward.objects.placing import Placing, Script
 from greensward.scene import InputError, Scene
-from greensward.sowing import Field, Page
+from greensward.sowing import Field, Page, UnstoredPage
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 HEAD_PX = (14.0, 5.0)  # size on the screen down to which a head has full, and simple, detail
-BLADES, POSTURES, CHUNKS, HEADS, MESHES, RECORDS, SOWN = range(7)
-"""Shader-storage bindings while the field is drawn, besides those of culling."""
+CHUNKS, HEADS, MESHES, RECORDS, SOWN = range(2, 7)
+"""Shader-storage bindings while the field is drawn, besides 0 and 1 of its pages and those of culling."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Instant:
 class Seen:
     """What a view may show of a page: chunks of blades, nearest tiles first, and heads by level of detail."""
 
-    page: Page
+    page: Page | UnstoredPage
     blades: Span
     heads: tuple[Span, ...]
 
@@ -152,7 +152,7 @@ class World:
         self._seen, self._closed, self._remembering = {view: [] for view in views}, [], []
         remembered: dict[Page, npt.NDArray[np.bool_]] = {}
         self.chunks.clear()
-        for page in self.field.pages:
+        for page in self.field.pages + ([self.field.unstored] if self.field.unstored else []):
             tiles = page.tiles
             away = distance_to(tiles, views[0].camera_ws)
             # the nearest first, so that what they hide is rejected by its depth
@@ -164,6 +164,8 @@ class World:
                 if blades.count:
                     heads = self._heads(page, order[needed > 0], away, view)
                     self._seen[view].append(Seen(page, blades, heads))
+            if isinstance(page, UnstoredPage):
+                continue
             needed = eighths.max(axis=0)
             if self.scene.simulation:
                 within = self.scene.simulation.within_m
@@ -184,12 +186,12 @@ class World:
         self._remembered = remembered
         self.chunks.cut()
 
-    def _blades(self, page: Page, order: Indices, eighths: Indices) -> Span:
+    def _blades(self, page: Page | UnstoredPage, order: Indices, eighths: Indices) -> Span:
         some = eighths > 0
         at = order[some]
         return self.chunks.add(page.tiles.start[at], page.tiles.up_to[at, eighths[some] - 1])
 
-    def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[Span, ...]:
+    def _heads(self, page: Page | UnstoredPage, at: Indices, away: Floats, view: View) -> tuple[Span, ...]:
         start, length = page.tiles.head_start[at], page.tiles.heads[at]
         if view.purpose == "shadow":
             # least detail, and none where the map is too coarse to tell them from blades

@@ -110,7 +110,7 @@ def test_a_clip_is_drawn_at_exact_instants(greensward, tmp_path, name):
     code, out, err = greensward("-o", name, "--seconds", "1.5", "--fps", "12", "--time", "2.5")
     assert (code, err) == (0, "")
     assert FakeRenderer.drawn == [2.5 + index / 12 for index in range(18)]
-    assert out.startswith(f"{name}: 18 frames, 1.5 s at 12 a second, 32×18, bezier-blades on llvmpipe in ")
+    assert out.startswith(f"{name}: 18 frames, 1.5 s at 12 a second, 32×18, visibility-buffer on llvmpipe in ")
     assert "draw 9.0" in out
     assert len(frames_of(tmp_path / name)) == 18
     assert [path.name for path in tmp_path.iterdir()] == [name]
@@ -140,7 +140,7 @@ def test_json_tells_what_was_done(greensward):
         "checkpoint": "a.npz",
         "width": 32,
         "height": 18,
-        "technique": "bezier-blades",
+        "technique": "visibility-buffer",
         "driver": "llvmpipe",
     }
 

@@ -71,7 +71,7 @@ RENDER = ("render", "meadow", "-o", "a.png", "--size", "32x18")
 def test_render_writes_the_picture_and_tells_what_it_took(greensward, tmp_path):
     code, out, err = greensward(*RENDER)
     assert (code, err) == (0, "")
-    assert out.startswith("a.png: 32×18, 212,345 blades of bezier-blades on llvmpipe in 0.")
+    assert out.startswith("a.png: 32×18, 212,345 blades of visibility-buffer on llvmpipe in 0.")
     assert "sow 1.1, draw 9.0, write 0.0)" in out
     assert out.count("\n") == 1
     with Image.open(tmp_path / "a.png") as picture:
@@ -136,7 +136,7 @@ def test_render_hands_every_option_on(greensward, tmp_path):
         (["-o", "no/a.png"], "no/a.png: there is no folder no; make it first"),
         (["--set", "wind.0.sped=1"], "--set: wind[0].sped: unknown key; did you mean speed_mps?"),
         (["--camera", "up"], "--camera: must be x,y,z:tx,ty,tz"),
-        (["--technique", "bezier"], "--technique: technique.name: must be one of bezier-blades"),
+        (["--technique", "bezier"], "--technique: technique.name: must be one of bezier-blades, visibility-buffer"),
     ],
 )
 def test_a_wrong_option_is_told_before_anything_is_drawn(greensward, tmp_path, args, expected):

@@ -52,8 +52,9 @@ def test_same_blades_at_the_same_pixels_as_the_pipeline(renderer, tables):
     assert same.mean() >= 0.995
     both = same & (pipeline["blade_id"] > 0)
     apart = np.abs(filled["depth"][both] / pipeline["depth"][both] - 1.0)
-    assert np.quantile(apart, 0.99) < 1e-3
-    assert apart.max() < 1e-2  # where a fold's quads are not planar
+    folded = "quadratic-3d" in str(tables)  # its quads are not planar
+    assert np.quantile(apart, 0.99) < (5e-3 if folded else 1e-4)
+    assert apart.max() < 1e-2
     assert (pipeline["class"] == filled["class"]).mean() >= 0.998
 
 

@@ -10,9 +10,9 @@ from greensward.culling.chunks import CHUNK, ChunkTable, Span, at_least
 from greensward.gpu.program import build_compute
 from greensward.gpu.view import View
 from greensward.scene import Culling
-from greensward.sowing import Page
+from greensward.sowing import Page, UnstoredPage
 
-BLADES, POSTURES, CHUNKS = range(3)
+CHUNKS = 2
 MASKS, KEPT, STARTS, COMMANDS = range(8, 12)
 """Shader-storage bindings; a technique that looks up places binds none of them, as `sift` leaves them bound."""
 _FLAGS = ("orientation", "frustum")
@@ -67,13 +67,12 @@ class Sieve:
             self._masks = at_least(self._ctx, self._masks, chunks * 4)
             self._masks.write(bytes(self._masks.size))
 
-    def sift(self, page: Page, span: Span, chunks: ChunkTable, view: View, command: int) -> None:
+    def sift(self, page: Page | UnstoredPage, span: Span, chunks: ChunkTable, view: View, command: int) -> None:
         """Test the blades of a page in these chunks; the draw command of this number becomes that of those kept.
 
         The block of the view and the sward must be bound, and for a picture its pyramid.
         """
-        page.blades.bind_to_storage_buffer(BLADES)
-        page.postures.bind_to_storage_buffer(POSTURES)
+        page.bind()
         chunks.bind(CHUNKS)
         buffers = (self._masks, self._kept, self._starts, self._commands)
         for binding, buffer in zip((MASKS, KEPT, STARTS, COMMANDS), buffers, strict=True):

@@ -31,6 +31,9 @@ class Sowing(Model):
     """Every blade is kept up to this distance from the camera; beyond, fewer and wider ones stand for them."""
     reach_m: Number = Field(300.0, gt=0, le=100_000)
     """No blades are drawn beyond this distance from the camera; the ground takes their colour."""
+    stored_m: Number | None = Field(None, ge=0, le=100_000)
+    """Blades of the ground farther away than this take no memory: they grow from the seed in every frame, and have
+    neither flowers nor seed heads nor simulation. 0 stores none; left out, all are. For `visibility-buffer` only."""
 
 
 _Part = Annotated[Number, Field(ge=0, le=1)]
@@ -85,7 +88,7 @@ class TechniqueChoice(Model):
 
     model_config = ConfigDict(extra="allow")
 
-    name: Text = "bezier-blades"
+    name: Text = "visibility-buffer"
     """One of the techniques listed by `greensward info`."""
 
 

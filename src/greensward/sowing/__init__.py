@@ -1,5 +1,6 @@
 """WHERE blades grow: the sward that a scene describes, sown on the GPU into a Field of blades."""
 
 from greensward.sowing.field import Field, Page
+from greensward.sowing.pages import UnstoredPage
 
-__all__ = ["Field", "Page"]
+__all__ = ["Field", "Page", "UnstoredPage"]

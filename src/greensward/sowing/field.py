@@ -10,7 +10,7 @@ from greensward.ground.ground_gpu import GroundGpu
 from greensward.scene import InputError, Scene
 from greensward.sowing.carrying import Carrying
 from greensward.sowing.growth import cover_at
-from greensward.sowing.pages import BLADE_BYTES, POSTURE_BYTES, Floats, Page, Tiles
+from greensward.sowing.pages import BLADE_BYTES, POSTURE_BYTES, Floats, Page, Tiles, UnstoredPage, starts
 from greensward.sowing.sower import TILE, Sower, Table
 from greensward.sowing.species import SWARD_BLOCK, leaf_edge_m, sward_values
 from greensward.sowing.surfaces import sow_surface, surfaces_of
@@ -18,6 +18,7 @@ from greensward.sowing.surfaces import sow_surface, surfaces_of
 __all__ = ["Field", "Page", "Tiles"]
 
 MOST_BLADES = (1 << 27) - 2  # an id has 27 bits
+_CURE = "lower sowing.density_per_m2, sowing.full_density_m or sowing.reach_m"
 
 
 class Field:
@@ -32,6 +33,8 @@ class Field:
         self._ground = ground
         self._on_things: list[Page] = []
         self._on_ground: list[Page] = []
+        self.unstored: UnstoredPage | None = None
+        """Blades of the ground beyond `sowing.stored_m`, if any."""
         self._surfaces = surfaces_of(scene)
         values = sward_values(scene)
         self._species_count = values["count"]
@@ -52,7 +55,7 @@ class Field:
 
     @property
     def count(self) -> int:
-        """How many blades there are."""
+        """How many blades are stored."""
         return sum(page.count for page in self.pages)
 
     def sow(self, focus_ws: npt.ArrayLike, slack_m: float) -> None:
@@ -62,17 +65,37 @@ class Field:
         """
         focus = np.asarray(focus_ws, np.float64)
         self._forget()
-        tiles = self._tiles(focus, slack_m)
+        tiles, away = self._tiles(focus, slack_m)
+        stored_m = self._scene.sowing.stored_m
+        stored = np.full(len(tiles), True) if stored_m is None else away < stored_m
+        unstored = tiles[~stored]
+        tiles = tiles[stored]
         self._refuse_too_many(int(tiles["candidates"].sum()))
         self._ground.bind()
         self.block.bind()
         self._sow_surfaces()
-        if not len(tiles):
-            return
-        *boxes, kept = self._bounds(tiles)
-        uniforms, first_id = {"focus": (*focus, slack_m)}, self.count + 1
-        growing = self._scene.growth is not None
-        self._on_ground = self._sower.sow(tiles, (boxes[0], boxes[1]), kept, uniforms, first_id, carried=growing)
+        if len(tiles):
+            *boxes, kept = self._bounds(tiles)
+            uniforms, first_id = {"focus": (*focus, slack_m)}, self.count + 1
+            growing = self._scene.growth is not None
+            self._on_ground = self._sower.sow(tiles, (boxes[0], boxes[1]), kept, uniforms, first_id, carried=growing)
+        if len(unstored):
+            self.unstored = self._left_to_shaders(unstored)
+
+    def _left_to_shaders(self, tiles: Table) -> UnstoredPage:
+        low, high, kept = self._bounds(tiles)
+        candidates = tiles["candidates"].astype(np.int64)
+        up_to = -(-candidates[:, None] * np.arange(1, 9) // 8)
+        none = np.zeros(len(tiles), np.int64)
+        lying = np.column_stack([tiles["x"], tiles["z"], tiles["level"]])
+        page = UnstoredPage(
+            self._ctx,
+            Tiles(low, high, kept, starts(-(-candidates // 32) * 32), up_to, none, none),
+            lying,
+            self.count + 1,
+        )
+        self._refuse_ids(page.count)
+        return page
 
     def _sow_surfaces(self) -> None:
         if not self._surfaces:
@@ -95,19 +118,19 @@ class Field:
             self.block.set(grown=cover_at(self._scene.growth, time_s))
             self.block.bind()
 
-    def _tiles(self, focus: Floats, slack_m: float) -> Table:
-        """Tiles that touch the reach: small ones near the focus, each level twice the size of the last."""
+    def _tiles(self, focus: Floats, slack_m: float) -> tuple[Table, Floats]:
+        """Tiles that touch the reach, and how far they are: each level twice as far and as large as the last."""
         scene, sowing = self._scene, self._scene.sowing
         density, reach = sowing.density_per_m2, sowing.reach_m + slack_m
         if density <= 0 or not self._species_count or scene.ground.kind == "none":
-            return np.zeros(0, TILE)
+            return np.zeros(0, TILE), np.zeros(0)
         leaf = leaf_edge_m(density)
         level = max(0, int(np.ceil(np.log2(2.0 * reach / leaf))))
         size = leaf * 2.0**level
         corner = np.floor((focus[[0, 2]] - reach) / size)
         xz = np.stack(np.meshgrid(*(corner[i] + np.arange(2) for i in (0, 1)), indexing="ij"), -1)
         xz = xz.reshape(-1, 2).astype(np.int64)
-        found = []
+        found, distances = [], []
         while True:
             low = xz * size
             beside = np.maximum(np.maximum(low - focus[[0, 2]], focus[[0, 2]] - low - size), 0.0)
@@ -125,8 +148,9 @@ class Field:
             tiles["x"], tiles["z"], tiles["level"] = xz[whole, 0], xz[whole, 1], level
             tiles["candidates"] = np.minimum(np.ceil(density * size * size * kept), 0xFFFFFFFF)
             found.append(tiles)
+            distances.append(away[whole])
             if not split.any():
-                return np.concatenate(found)
+                return np.concatenate(found), np.concatenate(distances)
             quarter = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
             xz = (2 * xz[split][:, None, :] + quarter).reshape(-1, 2)
             level -= 1
@@ -138,14 +162,15 @@ class Field:
         grown = BLADE_BYTES if self._scene.growth else 0
         needed = blades * (BLADE_BYTES + POSTURE_BYTES) + ground * grown + things * BLADE_BYTES
         free = available_bytes(self._ctx)
-        cure = "lower sowing.density_per_m2, sowing.full_density_m or sowing.reach_m"
-        if things > ground:
-            cure = "lower the density_per_m2 of the grass on objects"
+        cure = "lower the density_per_m2 of the grass on objects" if things > ground else _CURE
         if needed > free:
             raise InputError(
                 f"sowing: about {blades / 1e6:,.0f} million blades need {needed / 2**30:,.1f} GiB, "
                 f"and this device can give {free / 2**30:,.1f} GiB; {cure}"
             )
+        self._refuse_ids(blades, cure)
+
+    def _refuse_ids(self, blades: float, cure: str = _CURE) -> None:
         blades += self.count
         if blades > MOST_BLADES:
             raise InputError(
@@ -172,12 +197,15 @@ class Field:
     @property
     def nbytes(self) -> int:
         """GPU memory of the blades and their postures in bytes."""
-        return sum(page.nbytes for page in self.pages)
+        return sum(page.nbytes for page in self.pages) + (self.unstored.nbytes if self.unstored else 0)
 
     def _forget(self) -> None:
         for page in self._on_ground:
             page.release()
         self._on_ground = []
+        if self.unstored:
+            self.unstored.release()
+        self.unstored = None
 
     def release(self) -> None:
         """Free the GPU memory."""

@@ -64,6 +64,11 @@ class Page:
         self.heads = ctx.buffer(reserve=max(self.head_count, 1) * 4)
         self.sown = ctx.buffer(reserve=self.count * BLADE_BYTES) if carried else None
 
+    def bind(self) -> None:
+        """Bind blades and postures as culling/blades.glsl looks them up."""
+        self.blades.bind_to_storage_buffer(0)
+        self.postures.bind_to_storage_buffer(1)
+
     @property
     def nbytes(self) -> int:
         """GPU memory in bytes."""
@@ -76,6 +81,40 @@ class Page:
         """Free the GPU memory."""
         for buffer in self._buffers():
             buffer.release()
+
+
+class UnstoredPage:
+    """Blades of the ground that shaders grow from the seed whenever they look at them: tiles of candidates.
+
+    A candidate's index is its number in its tile, after those of the tiles before, each in whole words of 32.
+    """
+
+    thing = None
+    previous_from_now: Floats = np.eye(4)
+
+    def __init__(self, ctx: moderngl.Context, tiles: Tiles, lying: npt.NDArray[np.int32], first_id: int) -> None:
+        """`lying` are x, z and level of each tile, (n, 3)."""
+        self.tiles = tiles
+        self.first_id = first_id
+        words = -(-tiles.up_to[:, 7] // 32)
+        self.count = 32 * int(words.sum())
+        self._tiles = ctx.buffer(np.column_stack([lying, tiles.start]).astype(np.int32))
+        self._tile_of = ctx.buffer(np.repeat(np.arange(len(words), dtype=np.uint32), words))
+
+    def bind(self) -> None:
+        """Bind what culling/blades.glsl looks up where blades are not stored."""
+        self._tiles.bind_to_storage_buffer(0)
+        self._tile_of.bind_to_storage_buffer(1)
+
+    @property
+    def nbytes(self) -> int:
+        """GPU memory in bytes."""
+        return self._tiles.size + self._tile_of.size
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        self._tiles.release()
+        self._tile_of.release()
 
 
 def starts(counts: npt.NDArray[Any]) -> Indices:

@@ -1,6 +1,7 @@
 // Tiles being sown, what is counted of each, and a mark for each of their candidates. Marks are bits set by atomics and
 // counted in order: no invocation waits for another, which drivers get wrong where threads diverge.
-struct Tile { int x, z, level; uint candidates; };
+#include "sowing/tile.glsl"
+
 struct Count { uint upTo[8]; uint heads; uint start; uint headStart; uint firstWord; };
 struct Mark { uint grows; uint heads; uint start; uint headStart; };  // of 32 candidates; starts within the tile
 

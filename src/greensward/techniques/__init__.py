@@ -18,11 +18,20 @@ def chosen(scene: Scene) -> tuple[type[Technique], BaseModel]:
     choice = scene.technique
     for technique in TECHNIQUES:
         if technique.name == choice.name:
+            if scene.sowing.stored_m is not None and (why := _must_be_stored(scene, technique)):
+                raise SceneError([f"scene: sowing.stored_m: {why}; leave stored_m out"])
             try:
                 return technique, technique.Settings.model_validate(choice.model_extra or {})
             except ValidationError as error:
                 raise SceneError(sentences(error, technique.Settings, lambda _: "scene", ("technique",))) from None
     raise SceneError([f"scene: technique.name: {one_of(choice.name, SETTINGS)}"])
+
+
+def _must_be_stored(scene: Scene, technique: type[Technique]) -> str:
+    if not technique.draws_unstored:
+        able = ", ".join(each.name for each in TECHNIQUES if each.draws_unstored)
+        return f"is for {able} only, as {technique.name} draws stored blades"
+    return "blades that are not stored cannot grow older as [growth] says" if scene.growth else ""
 
 
 __all__ = ["SETTINGS", "TECHNIQUES", "Technique", "chosen"]

@@ -20,6 +20,8 @@ class Technique(Protocol):
     """This technique's own parameters: a frozen model."""
     last: ClassVar[bool]
     """Whether all else must be in a picture before it."""
+    draws_unstored: ClassVar[bool]
+    """Whether it takes pages whose blades its shaders must grow."""
 
     def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
         """Build every GPU resource."""

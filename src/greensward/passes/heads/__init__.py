@@ -6,7 +6,8 @@ from greensward.culling import distance_defines
 from greensward.gpu.program import build
 from greensward.gpu.view import View
 from greensward.passes.heads.meshes import LEVELS, head_meshes
-from greensward.world import BLADES, CHUNKS, HEAD_PX, HEADS, MESHES, POSTURES, SOWN, World
+from greensward.sowing import Page
+from greensward.world import CHUNKS, HEAD_PX, HEADS, MESHES, SOWN, World
 
 _FOLDER = "passes/heads"
 
@@ -37,11 +38,12 @@ class Heads:
         program = array.program
         for seen in self._world.seen(view):
             page = seen.page
+            if not isinstance(page, Page):
+                continue
             for level, (heads, (_, vertices)) in enumerate(zip(seen.heads, LEVELS, strict=True)):
                 if not heads.count:
                     continue
-                page.blades.bind_to_storage_buffer(BLADES)
-                page.postures.bind_to_storage_buffer(POSTURES)
+                page.bind()
                 self._world.chunks.bind(CHUNKS)
                 page.heads.bind_to_storage_buffer(HEADS)
                 self._meshes.bind_to_storage_buffer(MESHES)

@@ -45,6 +45,7 @@ class BezierBlades:
     )
     Settings: ClassVar[type[BaseModel]] = Settings
     last: ClassVar[bool] = False
+    draws_unstored: ClassVar[bool] = False
 
     def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
         assert isinstance(settings, Settings)

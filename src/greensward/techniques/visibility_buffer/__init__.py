@@ -9,12 +9,14 @@ from pydantic import BaseModel, Field
 
 from greensward.culling import at_least, test_defines, width_from
 from greensward.gpu.blocks import BlockBuffer
-from greensward.gpu.pixel_pass import IMAGES_WRITTEN
+from greensward.gpu.pixel_pass import IMAGES_WRITTEN, Shell
 from greensward.gpu.program import build, build_compute, put
 from greensward.gpu.view import View
+from greensward.motion import motion_defines
 from greensward.scene.base import Count
+from greensward.sowing import Page
 from greensward.techniques.leaf import LEAF_BLOCK, LeafSettings
-from greensward.world import BLADES, POSTURES, Instant, Seen, World
+from greensward.world import Instant, Seen, World
 
 _FOLDER = "techniques/visibility_buffer"
 CELLS, NAMES, LISTS, LARGE, WON, DRAWN = range(5, 11)
@@ -41,6 +43,37 @@ class Settings(LeafSettings):
     """Never more segments than this."""
 
 
+class _Shaders:
+    """Those that look blades up, for one purpose."""
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        purpose: str,
+        defines: dict[str, object],
+        extensions: Sequence[str],
+        shell: Shell,
+    ) -> None:
+        width = width_from("techniques/leaf.glsl")
+        self.raster = build_compute(ctx, f"{_FOLDER}/raster.comp", defines, width, extensions)
+        self.large = build_compute(ctx, f"{_FOLDER}/large.comp", defines, width, extensions)
+        self.resolve: moderngl.ComputeShader | moderngl.Program | None = None
+        self.triangle: moderngl.VertexArray | None = None
+        if purpose == "shadow":
+            return
+        if shell == "compute":
+            self.resolve = build_compute(ctx, f"{_FOLDER}/resolve.comp", defines, extensions=extensions)
+        else:
+            stages = "shaders/screen.vert", f"{_FOLDER}/resolve.frag"
+            self.resolve = build(ctx, *stages, defines=defines, extensions=extensions)
+            self.triangle = ctx.vertex_array(self.resolve, [])
+
+    def release(self) -> None:
+        for part in (self.raster, self.large, self.triangle, self.resolve):
+            if part:
+                part.release()
+
+
 class VisibilityBuffer:
     """Every blade is a strip of quads that one invocation fills; a pass over the picture makes surfaces of them."""
 
@@ -50,6 +83,7 @@ class VisibilityBuffer:
     )
     Settings: ClassVar[type[BaseModel]] = Settings
     last: ClassVar[bool] = True
+    draws_unstored: ClassVar[bool] = True
 
     def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
         assert isinstance(settings, Settings)
@@ -59,38 +93,29 @@ class VisibilityBuffer:
         self._block.set(**settings.block_values())
         tests, hiding = world.scene.culling, world.pyramid is not None
         fold = {"FOLD": 1} if any(grass.shape == "quadratic-3d" for grass in world.scene.grass) else {}
+        unstored = {"UNSTORED": 1, **motion_defines(world.scene)}
+        wide = _WIDE if self._wide else ()
         self._clear: dict[str, moderngl.ComputeShader] = {}
-        self._raster: dict[str, moderngl.ComputeShader] = {}
-        self._large: dict[str, moderngl.ComputeShader] = {}
+        self._shaders: dict[tuple[str, bool], _Shaders] = {}
         for purpose in ("picture", "shadow"):
             defines = {**test_defines(tests, purpose, hiding), **fold}
-            wide = _WIDE if self._wide and purpose == "picture" else ()
-            if wide:
+            if wide and purpose == "picture":
                 defines["WIDE"] = 1
-            for name, shaders in (("clear", self._clear), ("raster", self._raster), ("large", self._large)):
-                shaders[purpose] = build_compute(
-                    ctx, f"{_FOLDER}/{name}.comp", defines, width_from("techniques/leaf.glsl"), wide
+            extensions = wide if purpose == "picture" else ()
+            self._clear[purpose] = build_compute(ctx, f"{_FOLDER}/clear.comp", defines, extensions=extensions)
+            for stored in (True,) if world.scene.sowing.stored_m is None else (True, False):
+                self._shaders[purpose, stored] = _Shaders(
+                    ctx, purpose, {**defines, **({} if stored else unstored)}, extensions, world.shell
                 )
-            if purpose == "picture":
-                self._build_resolve(defines, wide)
         shadow = build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines={"SHADOW": 1})
         self._shadow = ctx.vertex_array(shadow, [])
         self._plan = build_compute(ctx, f"{_FOLDER}/plan.comp")
         self._cells, self._names, self._large_list, self._won = (ctx.buffer(reserve=20) for _ in range(4))
         self._lists, self._drawn = ctx.buffer(bytes(_LISTS_BYTES)), ctx.buffer(reserve=4 * _DRAWN_PARTS)
 
-    def _build_resolve(self, defines: dict[str, object], wide: Sequence[str]) -> None:
-        if self._world.shell == "fragment":
-            program = build(
-                self._ctx, "shaders/screen.vert", f"{_FOLDER}/resolve.frag", defines=defines, extensions=wide
-            )
-            self._resolve: moderngl.ComputeShader | moderngl.Program = program
-            self._triangle = self._ctx.vertex_array(program, [])
-        else:
-            self._resolve = build_compute(self._ctx, f"{_FOLDER}/resolve.comp", defines, extensions=wide)
-
     def update(self, instant: Instant) -> None:
         """Make room for the cells of the largest view and for the lists of the longest run of chunks."""
+        self._instant = instant
         pixels = max(view.size_px[0] * view.size_px[1] for view in instant.views)
         self._cells = at_least(self._ctx, self._cells, pixels * (8 if self._wide else 4))
         if not self._wide:
@@ -111,14 +136,14 @@ class VisibilityBuffer:
             buffer.bind_to_storage_buffer(binding)
         self._empty(view)
         for each in seen:
-            self._bind(each)
+            each.page.bind()
             self._fill(each, view)
         if view.purpose == "shadow":
             self._ctx.enable_only(moderngl.DEPTH_TEST)
             self._shadow.render(moderngl.TRIANGLES, vertices=3)
         else:
             for each in seen:
-                self._bind(each)
+                each.page.bind()
                 self._show(each, view)
         # what comes next may empty the cells before all of them have been looked up
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
@@ -131,13 +156,11 @@ class VisibilityBuffer:
         shader.run(-(-width // 8), -(-height // 8))
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
-    def _bind(self, seen: Seen) -> None:
-        seen.page.blades.bind_to_storage_buffer(BLADES)
-        seen.page.postures.bind_to_storage_buffer(POSTURES)
-
     def _fill(self, seen: Seen, view: View) -> None:
-        raster, large = self._raster[view.purpose], self._large[view.purpose]
+        shaders = self._shaders[view.purpose, isinstance(seen.page, Page)]
+        raster, large = shaders.raster, shaders.large
         values = {
+            **self._growing(),
             "firstChunk": seen.blades.first,
             "chunkCount": seen.blades.count,
             "large_px": LARGE_PX,
@@ -161,19 +184,32 @@ class VisibilityBuffer:
 
     def _show(self, seen: Seen, view: View) -> None:
         page = seen.page
+        shaders = self._shaders[view.purpose, isinstance(page, Page)]
+        assert shaders.resolve
         put(
-            self._resolve,
+            shaders.resolve,
+            **self._growing(),
             firstName=32 * page.first_id,
             bladeCount=page.count,
             onGround=page.thing is None,
             previousFromNow=tuple(page.previous_from_now.T.ravel()),
         )
-        if isinstance(self._resolve, moderngl.ComputeShader):
-            self._resolve.run(*(-(-edge // 8) for edge in view.size_px))
+        if isinstance(shaders.resolve, moderngl.ComputeShader):
+            shaders.resolve.run(*(-(-edge // 8) for edge in view.size_px))
             self._ctx.memory_barrier(IMAGES_WRITTEN)
         else:
+            assert shaders.triangle
             self._ctx.enable_only(moderngl.NOTHING)
-            self._triangle.render(moderngl.TRIANGLES, vertices=3)
+            shaders.triangle.render(moderngl.TRIANGLES, vertices=3)
+
+    def _growing(self) -> dict[str, float]:
+        """What the shaders of blades that are not stored need to know."""
+        instant = self._instant
+        return {
+            "timeNow": instant.time_s,
+            "timePrevious": instant.previous_time_s,
+            "tallest_m": self._world.field.tallest_m,
+        }
 
     def drawn(self, view: View) -> int:  # noqa: ARG002
         """Blades that were drawn of the picture in the last frame."""
@@ -182,12 +218,11 @@ class VisibilityBuffer:
 
     def release(self) -> None:
         """Free programs, blocks and buffers."""
-        for shaders in (self._clear, self._raster, self._large):
-            for shader in shaders.values():
-                shader.release()
-        if self._world.shell == "fragment":
-            self._triangle.release()
+        for shaders in self._shaders.values():
+            shaders.release()
+        for shader in self._clear.values():
+            shader.release()
         self._shadow.program.release()
         buffers = (self._cells, self._names, self._lists, self._large_list, self._won, self._drawn)
-        for part in (self._plan, self._resolve, self._shadow, self._block, *buffers):
+        for part in (self._plan, self._shadow, self._block, *buffers):
             part.release()

@@ -41,7 +41,7 @@ bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
 #endif
     vec3 position_ws = mix(bezierPoint(h.v0, h.v1, h.v2, v0), bezierPoint(h.v0, h.v1, h.v2, v1), along) + offset;
     vec3 control, tip;
-    unpackPosture(postures[index].previous, h.v0, control, tip);
+    postureBefore(index, b, control, tip);
     control = mix(h.v0, control, h.here);
     tip = mix(h.v0, tip, h.here);
     vec3 before = mix(bezierPoint(h.v0, control, tip, v0), bezierPoint(h.v0, control, tip, v1), along) + offset;
