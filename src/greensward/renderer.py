@@ -275,7 +275,8 @@ class Renderer:
                     self._gbuffer.clear(rastered=not self._technique.last or self._world.has_meshes)
                 with self._depth.drawing():
                     values = view_values(view, previous_view, jitter(sample))
-                    values["jittered_clip_from_world"] = self._depth.matrix(values["jittered_clip_from_world"])
+                    jittered = "jittered_clip_from_relative"
+                    values[jittered] = self._depth.matrix(values[jittered])
                     self._view_blocks[0].set(**values)
                     self._gbuffer.depth.use(14)
                     self._gbuffer.bind_images()

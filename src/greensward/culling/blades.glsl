@@ -17,20 +17,25 @@ bool fetchBlade(uint index, out Blade b) {
     Seed seed = seedOf(Tile(t.x, t.y, t.z, 0u), index - uint(t.w));
     if (!isKept(seed, distance(seed.root, view.camera_ws.xyz))) return false;
 #ifdef FRUSTUM
-    if (outside(seed.root, seed.root, seed.root, 2.0 * tallest_m)) return false;
+    vec3 root = seed.root - view.origin_ws.xyz;
+    if (outside(root, root, root, 2.0 * tallest_m)) return false;
 #endif
     return sprout(seed, b);
 }
 
 // As stored ones are, in halfs
-void postureAt(Blade b, float time_s, out vec3 control, out vec3 tip) {
-    vec3 root = bladeRoot(b);
+void postureAt(Blade b, float time_s, vec3 root, out vec3 control, out vec3 tip) {
     stand(b, time_s, control, tip);
-    unpackPosture(packPosture(control - root, tip - root), root, control, tip);
+    unpackPosture(packPosture(control, tip), root, control, tip);
 }
 
-void postureNow(uint index, Blade b, out vec3 control, out vec3 tip) { postureAt(b, timeNow, control, tip); }
-void postureBefore(uint index, Blade b, out vec3 control, out vec3 tip) { postureAt(b, timePrevious, control, tip); }
+void postureNow(uint index, Blade b, vec3 root, out vec3 control, out vec3 tip) {
+    postureAt(b, timeNow, root, control, tip);
+}
+
+void postureBefore(uint index, Blade b, vec3 root, out vec3 control, out vec3 tip) {
+    postureAt(b, timePrevious, root, control, tip);
+}
 #else
 layout(std430, binding = 0) readonly buffer Blades { Blade blades[]; };
 layout(std430, binding = 1) readonly buffer Postures { Posture postures[]; };
@@ -40,11 +45,11 @@ bool fetchBlade(uint index, out Blade b) {
     return true;
 }
 
-void postureNow(uint index, Blade b, out vec3 control, out vec3 tip) {
-    unpackPosture(postures[index].now, bladeRoot(b), control, tip);
+void postureNow(uint index, Blade b, vec3 root, out vec3 control, out vec3 tip) {
+    unpackPosture(postures[index].now, root, control, tip);
 }
 
-void postureBefore(uint index, Blade b, out vec3 control, out vec3 tip) {
-    unpackPosture(postures[index].previous, bladeRoot(b), control, tip);
+void postureBefore(uint index, Blade b, vec3 root, out vec3 control, out vec3 tip) {
+    unpackPosture(postures[index].previous, root, control, tip);
 }
 #endif

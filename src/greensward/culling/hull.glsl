@@ -1,4 +1,4 @@
-// A blade as a view may show it: the hull of its curve, and how much of it is there.
+// A blade as a view may show it: the hull of its curve, and how much of it is there. Points are in relative space.
 #include "culling/presence.glsl"
 #include "culling/tests.glsl"
 #include "shaders/bezier.glsl"
@@ -16,15 +16,15 @@ struct Hull {
 // False where none grows, or the distance leaves it out
 bool hullOf(uint index, out Blade b, out Hull h) {
     if (!fetchBlade(index, b)) return false;
-    h.v0 = bladeRoot(b);
-    h.away = distance(h.v0, view.camera_ws.xyz);
+    h.v0 = bladeRoot(b) - view.origin_ws.xyz;
+    h.away = distance(bladeRoot(b), view.camera_ws.xyz);
     h.here = presence(b, h.away, h.widening);
     if (h.here <= 0.0) return false;
-    postureNow(index, b, h.v1, h.v2);
+    postureNow(index, b, h.v0, h.v1, h.v2);
     h.v1 = mix(h.v0, h.v1, h.here);
     h.v2 = mix(h.v0, h.v2, h.here);
     h.middle = bezierPoint(h.v0, h.v1, h.v2, 0.5);
-    float depth = dot(view.axis_ws.xyz, h.middle) + view.axis_ws.w;
+    float depth = dot(view.axis_rs.xyz, h.middle) + view.axis_rs.w;
     h.pixel = view.pixel_m.x * max(depth, 0.02) + view.pixel_m.y;
     return true;
 }

@@ -1,15 +1,16 @@
 // Tests that leave out a blade which cannot show. Both are conservative: they look at the hull of the control points, in
 // which the curve lies, grown by the width. The published ones (Jahrmann & Wimmer 2017, section 5) look at root, middle and
 // tip, and lose a blade that crosses the view between them.
+// Points are in relative space.
 #include "block/View"
 #include "culling/levels.glsl"
 
 // Whether it lies outside one side of the view, of which samples see half a pixel more
 bool outside(vec3 v0, vec3 v1, vec3 v2, float width_m) {
-    vec4 a = view.clip_from_world * vec4(v0, 1.0);
-    vec4 b = view.clip_from_world * vec4(v1, 1.0);
-    vec4 c = view.clip_from_world * vec4(v2, 1.0);
-    mat4 m = transpose(view.clip_from_world);
+    vec4 a = view.clip_from_relative * vec4(v0, 1.0);
+    vec4 b = view.clip_from_relative * vec4(v1, 1.0);
+    vec4 c = view.clip_from_relative * vec4(v2, 1.0);
+    mat4 m = transpose(view.clip_from_relative);
     vec2 edge = 1.0 + view.size_px.zw;
     vec2 margin = width_m * (vec2(length(m[0].xyz), length(m[1].xyz)) + edge);
     vec2 low = max(max(a.xy + edge * a.w, b.xy + edge * b.w), c.xy + edge * c.w);
@@ -19,15 +20,15 @@ bool outside(vec3 v0, vec3 v1, vec3 v2, float width_m) {
 
 // Pixels that it may touch, first and last of both axes; false where it comes too near for that
 bool boxOf(vec3 v0, vec3 v1, vec3 v2, float width_m, out ivec4 box, out float nearest) {
-    vec4 a = view.clip_from_world * vec4(v0, 1.0);
-    vec4 b = view.clip_from_world * vec4(v1, 1.0);
-    vec4 c = view.clip_from_world * vec4(v2, 1.0);
+    vec4 a = view.clip_from_relative * vec4(v0, 1.0);
+    vec4 b = view.clip_from_relative * vec4(v1, 1.0);
+    vec4 c = view.clip_from_relative * vec4(v2, 1.0);
     nearest = min(min(a.w, b.w), c.w) - width_m;
     if (nearest < 0.05) return false;
     vec2 pa = a.xy / a.w, pb = b.xy / b.w, pc = c.xy / c.w;
     vec2 low = min(min(pa, pb), pc), high = max(max(pa, pb), pc);
     // a point moved by r: its clip coordinates change by |row| r, and what they are divided by, by r
-    mat4 m = transpose(view.clip_from_world);
+    mat4 m = transpose(view.clip_from_relative);
     vec2 margin = width_m / nearest * (vec2(length(m[0].xyz), length(m[1].xyz)) + max(abs(low), abs(high)));
     vec2 last = view.size_px.xy - 1.0;
     // a pixel more, as the samples of a picture are apart by less

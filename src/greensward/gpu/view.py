@@ -14,11 +14,14 @@ Matrix = npt.NDArray[np.float64]
 VIEW_BLOCK = declare(
     "View",
     0,
-    ("clip_from_world", "mat4"),
-    ("jittered_clip_from_world", "mat4"),
-    ("previous_clip_from_world", "mat4"),
-    ("eye_ws", "vec4"),  # perspective: xyz, 1. Parallel: the direction towards the viewer, 0
-    ("axis_ws", "vec4"),  # unit view axis, and its offset: depth = dot(axis, p) + w
+    # relative space is the world seen from `origin_ws`, a point by the camera: exact wherever the camera is
+    ("clip_from_relative", "mat4"),
+    ("jittered_clip_from_relative", "mat4"),
+    ("previous_clip_from_relative", "mat4"),
+    ("origin_ws", "vec4"),
+    ("eye_rs", "vec4"),  # perspective: xyz, 1. Parallel: the direction towards the viewer, 0
+    ("axis_rs", "vec4"),  # unit view axis, and its offset: depth = dot(axis, p) + w
+    ("eye_ws", "vec4"),
     ("camera_ws", "vec4"),  # where the picture is taken from, also while a shadow map is drawn; w is unused
     ("size_px", "vec4"),  # width, height and their inverses
     ("corner_ray", "vec4"),  # rays one metre deep: through the middle of the picture,
@@ -51,6 +54,23 @@ class View:
         return np.concatenate([m[3] + m[:3], m[3] - m[:3]])
 
     @property
+    def origin_ws(self) -> npt.NDArray[np.float64]:
+        """Where relative space has its origin, (3,): exact as a float32, as is what lies near it, seen from it."""
+        return self.camera_ws.astype(np.float32).astype(np.float64)
+
+    @property
+    def world_from_relative(self) -> Matrix:
+        """The translation by `origin_ws`."""
+        moved = np.eye(4)
+        moved[:3, 3] = self.origin_ws
+        return moved
+
+    def relative(self, world_from_world: Matrix) -> Matrix:
+        """A matrix that moves points of the world, for points of relative space."""
+        moved = self.world_from_relative
+        return np.asarray(np.linalg.inv(moved) @ world_from_world @ moved)
+
+    @property
     def near_and_far_m(self) -> tuple[float, float]:
         """Depths between which a perspective view shows anything: clip z is a · depth + b."""
         z, w = self.clip_from_world[2], self.clip_from_world[3]
@@ -62,16 +82,20 @@ class View:
 def view_values(view: View, previous: View, offset_px: tuple[float, float] = (0.0, 0.0)) -> dict[str, Any]:
     """Members of the `View` block: the view, the one a frame ago, and the sub-sample's offset in pixels."""
     width, height = view.size_px
+    origin, moved = view.origin_ws, view.world_from_relative
     jitter = 2.0 * offset_px[0] / width, 2.0 * offset_px[1] / height
-    jittered = view.clip_from_world.copy()
-    jittered[0] += jitter[0] * view.clip_from_world[3]
-    jittered[1] += jitter[1] * view.clip_from_world[3]
+    relative = view.clip_from_world @ moved
+    jittered = relative.copy()
+    jittered[0] += jitter[0] * relative[3]
+    jittered[1] += jitter[1] * relative[3]
     return {
-        "clip_from_world": view.clip_from_world,
-        "jittered_clip_from_world": jittered,
-        "previous_clip_from_world": previous.clip_from_world,
+        "clip_from_relative": relative,
+        "jittered_clip_from_relative": jittered,
+        "previous_clip_from_relative": previous.clip_from_world @ moved,
+        "origin_ws": (*origin, 0.0),
+        "eye_rs": (*(view.eye_ws[:3] - origin * view.eye_ws[3]), view.eye_ws[3]),
+        "axis_rs": (*view.axis_ws[:3], view.axis_ws[:3] @ origin + view.axis_ws[3]),
         "eye_ws": view.eye_ws,
-        "axis_ws": view.axis_ws,
         "camera_ws": (*view.camera_ws, 0.0),
         "size_px": (width, height, 1.0 / width, 1.0 / height),
         "corner_ray": (*view.rays_ws[0], 0.0),

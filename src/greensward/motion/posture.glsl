@@ -1,4 +1,5 @@
-// How a blade stands in the wind, in closed form: any instant can be drawn without those before it.
+// How a blade stands in the wind, in closed form: any instant can be drawn without those before it. Points are relative to
+// the root, and so as exact far from the origin as near it.
 #include "shaders/blade.glsl"
 #include "shaders/bezier.glsl"
 #include "motion/wind.glsl"
@@ -16,11 +17,11 @@ float leanAt(float speed_mps, float stiffness) {
 
 // Never into the ground (Jahrmann & Wimmer 2017: v2 -= up * min(up . (v2 - v0), 0), with a little clearance), and as long
 // as it grew
-void keepOff(Blade b, vec3 v0, vec3 up, inout vec3 v1, inout vec3 v2) {
+void keepOff(Blade b, vec3 up, inout vec3 v1, inout vec3 v2) {
     float clearance = 0.06 * b.height;
-    v2 += up * max(clearance - dot(v2 - v0, up), 0.0);
-    v1 += up * max(clearance - dot(v1 - v0, up), 0.0);
-    keepLength(v0, v1, v2, b.height);
+    v2 += up * max(clearance - dot(v2, up), 0.0);
+    v1 += up * max(clearance - dot(v1, up), 0.0);
+    keepLength(vec3(0.0), v1, v2, b.height);
 }
 
 // Weight against the stiffness of a blade that grows out of a wall or under a ceiling: it sags, or hangs straight.
@@ -31,11 +32,11 @@ vec3 sag(Blade b, vec3 up, vec3 pull) {
 }
 
 void standInWind(Blade b, float time_s, out vec3 v1, out vec3 v2) {
-    vec3 v0 = bladeRoot(b), up = bladeUp(b);
-    vec3 sunk = sag(b, up, pullAt(v0));
-    v1 = bladeControl(b) + 0.3 * sunk;
-    v2 = bladeTip(b) + sunk;
-    Air air = windAt(v0, time_s);
+    vec3 root = bladeRoot(b), up = bladeUp(b);
+    vec3 sunk = sag(b, up, pullAt(root));
+    v1 = bladeControl(b) - root + 0.3 * sunk;
+    v2 = bladeTip(b) - root + sunk;
+    Air air = windAt(root, time_s);
     vec3 velocity = air.wind.xyz + air.blast;
     float speed = length(velocity);
     vec3 downwind = velocity / max(speed, 1e-4), crosswind = cross(up, downwind);
@@ -53,16 +54,11 @@ void standInWind(Blade b, float time_s, out vec3 v1, out vec3 v2) {
     v2 += b.height * (sin(tip) * downwind - (1.0 - cos(tip)) * up * 0.8 + swayTip * crosswind);
     v1 += 0.32 * b.height * (sin(middle) * downwind + swayMiddle * crosswind);
 
-    keepOff(b, v0, up, v1, v2);
+    keepOff(b, up, v1, v2);
 }
 
 // How a blade stands that nothing has moved before: in the form of the scene's simulation, without its memory
 void stand(Blade b, float time_s, out vec3 v1, out vec3 v2) {
-    if (FORM == NATURAL) {
-        standInWind(b, time_s, v1, v2);
-    } else {
-        balance(b, windAt(bladeRoot(b), time_s), v1, v2);
-        v1 += bladeRoot(b);
-        v2 += bladeRoot(b);
-    }
+    if (FORM == NATURAL) standInWind(b, time_s, v1, v2);
+    else balance(b, windAt(bladeRoot(b), time_s), v1, v2);
 }

@@ -15,7 +15,7 @@ uniform float timePrevious;
 uint[3] posture(Blade b, float time_s) {
     vec3 v1, v2;
     stand(b, time_s, v1, v2);
-    return packPosture(v1 - bladeRoot(b), v2 - bladeRoot(b));
+    return packPosture(v1, v2);
 }
 
 void main() {

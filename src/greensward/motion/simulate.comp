@@ -39,17 +39,16 @@ void swing(Blade b, vec3 target, float dt, inout vec3 tip, inout vec3 velocity) 
 void stepNatural(Blade b, int instant, vec3 up, float time_s, float dt, inout State s, out vec3 control) {
     vec3 root = bladeRoot(b), v1, v2, tip = stateTip(s), velocity = stateVelocity(s);
     standInWind(b, time_s, v1, v2);
-    v1 -= root; v2 -= root;
     // time goes slowly for what lies pressed: it stays down for a while, and then comes up
     float free = 1.0 - s.pressed;
     swing(b, v2, dt * max(free * free * free, 0.02), tip, velocity);
     control = v1 + 0.5 * (tip - v2);
-    keepOff(b, vec3(0.0), up, control, tip);
+    keepOff(b, up, control, tip);
     // twice: the length may push it back in
     for (int k = 0; k < 2 && collide(b, instant, root, control, tip, s.pressed); k++) {
         velocity = vec3(0.0);
         control = v1 + 0.5 * (tip - v2);
-        keepOff(b, vec3(0.0), up, control, tip);
+        keepOff(b, up, control, tip);
     }
     setTip(s, tip);
     setVelocity(s, velocity);
@@ -80,11 +79,10 @@ void main() {
     if (gl_LocalInvocationID.x >= run.y) return;
     uint i = run.x + gl_LocalInvocationID.x;
     Blade b = blades[i];
-    vec3 root = bladeRoot(b), control, tip;
+    vec3 control, tip;
     stand(b, timePrevious, control, tip);
-    postures[i].now = packPosture(control - root, tip - root);
+    postures[i].now = packPosture(control, tip);
     stand(b, timeStart, control, tip);
-    tip -= root;
     states[i] = State(tip.x, tip.y, tip.z, 0.0, 0.0, 0.0, 0.0, stepNow);
 }
 #else
@@ -126,8 +124,8 @@ void main() {
     vec3 v1, v2;
     stand(b, time_s, v1, v2);
     float far = smoothstep(0.8, 1.0, distance(root, camera) / motion.within_m);
-    control = mix(control, v1 - root, far);
-    tip = mix(tip, v2 - root, far);
+    control = mix(control, v1, far);
+    tip = mix(tip, v2, far);
     keepLength(vec3(0.0), control, tip, b.height);
 #endif
     if (shown) p.now = packPosture(control, tip);

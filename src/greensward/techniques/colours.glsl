@@ -10,7 +10,7 @@ Look lookOf(Blade b, Hull h, bool onGround) {
     vec3 shade = vec3(1.0 + 0.55 * tint, 1.0 + 0.38 * tint, 1.0 + 0.1 * tint);
     vec3 root = shade * mix(rootRow.rgb, dry * 0.55, smoothstep(0.35, 1.0, dryness));
     vec3 tip = shade * mix(tipRow.rgb, dry, dryness);
-    vec4 map = onGround ? textureLod(vegetationMap, mapUv(h.v0.xz), 0.0) : vec4(0.0);
+    vec4 map = onGround ? textureLod(vegetationMap, mapUv(bladeRoot(b).xz), 0.0) : vec4(0.0);
     root = mix(root, shade * map.rgb * 0.6, map.a);
     tip = mix(tip, shade * map.rgb, map.a);
     // far blades stand for many: their contrast fades towards what those would show together

@@ -13,7 +13,7 @@ vec3 acrossOf(Blade b, vec3 chord) {
     return normalize(across - chord * dot(across, chord));
 }
 
-vec3 toViewerFrom(vec3 point) { return normalize(view.eye_ws.xyz - point * view.eye_ws.w); }
+vec3 toViewerFrom(vec3 point) { return normalize(view.eye_rs.xyz - point * view.eye_rs.w); }
 
 // Jahrmann & Wimmer 2017, section 5: seen edge-on where |view direction . side direction| is at least 0.9. Here the width
 // reaches exactly 0 there, so that leaving out the blade changes nothing.

@@ -53,7 +53,7 @@ class Heads:
                     page.sown.bind_to_storage_buffer(SOWN)
                 if view.purpose == "picture":
                     program["firstId"] = page.first_id
-                    program["previousFromNow"] = tuple(page.previous_from_now.T.ravel())
+                    program["previousFromNow"] = tuple(view.relative(page.previous_from_now).T.ravel())
                 array.render(moderngl.TRIANGLES, vertices=vertices, instances=heads.count)
 
     def release(self) -> None:

@@ -3,7 +3,7 @@ void main() {}
 #else
 #include "shaders/emit.glsl"
 
-in vec3 position_ws;
+in vec3 position_rs;
 in vec3 colour;
 in vec3 normal_ws;
 in vec4 previousClip;
@@ -13,7 +13,7 @@ flat in uint isFlower;
 uniform uint firstId;
 
 void main() {
-    vec3 toViewer = view.eye_ws.xyz - position_ws * view.eye_ws.w;
+    vec3 toViewer = view.eye_rs.xyz - position_rs * view.eye_rs.w;
     Surface s;
     s.baseColour = colour;
     s.transmittance = isFlower == 1u ? 0.5 : 0.55;

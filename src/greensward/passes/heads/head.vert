@@ -21,21 +21,21 @@ uniform vec2 levelPx;
 uniform int firstChunk;
 
 #ifndef SHADOW
-out vec3 position_ws;
+out vec3 position_rs;
 out vec3 colour;
 out vec3 normal_ws;
 out vec4 previousClip;
 flat out uint blade;
 flat out uint isFlower;
 
-uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago
+uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago, in relative space
 #endif
 
 void main() {
     uint index = heads[chunks[firstChunk + gl_InstanceID].x];
     Blade b = blades[index];
-    vec3 root = bladeRoot(b);
-    float away = distance(root, view.camera_ws.xyz), widening;
+    vec3 root = bladeRoot(b) - view.origin_ws.xyz;
+    float away = distance(bladeRoot(b), view.camera_ws.xyz), widening;
     float here = presence(b, away, widening);
     int kindOfGrass = bladeSpecies(b);
     float kind = species(kindOfGrass, MIX).w;
@@ -54,7 +54,7 @@ void main() {
     unpackPosture(postures[index].now, root, v1, v2);
     vec3 tip = mix(root, v2, here);
     float size = mix(species(kindOfGrass, HEAD).w, species(kindOfGrass, HEART).w, other);
-    float depth = dot(view.axis_ws.xyz, tip) + view.axis_ws.w;
+    float depth = dot(view.axis_rs.xyz, tip) + view.axis_rs.w;
     float pixel = view.pixel_m.x * max(depth, 0.02) + view.pixel_m.y;
     float thick = flower ? 1.2 : 0.6, breadth = flower ? 1.0 : 0.4;
     // few heads stand for many far away, but a flower must not grow into a cabbage
@@ -79,13 +79,13 @@ void main() {
     vec3 local = corner.place.xyz * size;
     if (!flower) local.y -= 0.12 * size;
     vec3 offset = frame * local;
-    gl_Position = view.jittered_clip_from_world * vec4(tip + offset, 1.0);
+    gl_Position = view.jittered_clip_from_relative * vec4(tip + offset, 1.0);
 #ifndef SHADOW
-    position_ws = tip + offset;
+    position_rs = tip + offset;
     vec3 previousControl, previousTip;
     unpackPosture(postures[index].previous, root, previousControl, previousTip);
-    vec4 previous_ws = previousFromNow * vec4(mix(root, previousTip, here) + offset, 1.0);
-    previousClip = view.previous_clip_from_world * previous_ws;
+    vec4 previous_rs = previousFromNow * vec4(mix(root, previousTip, here) + offset, 1.0);
+    previousClip = view.previous_clip_from_relative * previous_rs;
     normal_ws = frame * corner.normal.xyz;
     float tint = bladeTint(b) - 0.5;
     vec3 paint = corner.place.w > 0.5 ? species(kindOfGrass, HEART).rgb : species(kindOfGrass, HEAD).rgb;

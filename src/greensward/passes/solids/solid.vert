@@ -23,6 +23,6 @@ void main() {
     normal_ws = vec3(dot(now0.xyz, normal), dot(now1.xyz, normal), dot(now2.xyz, normal));
     local = corner;
     colour = vec4(mix(paint.rgb, tint.rgb, tint.w), paint.w);
-    previousClip = view.previous_clip_from_world * vec4(before_ws, 1.0);
-    gl_Position = view.jittered_clip_from_world * vec4(position_ws, 1.0);
+    previousClip = view.previous_clip_from_relative * vec4(before_ws - view.origin_ws.xyz, 1.0);
+    gl_Position = view.jittered_clip_from_relative * vec4(position_ws - view.origin_ws.xyz, 1.0);
 }

@@ -93,7 +93,7 @@ void main() {
     vec3 eye = view.eye_ws.xyz, ray = rayThrough(pixel);
     float depth = march(eye, ray);
     if (depth < range_m.x || depth > range_m.y || depth >= imageLoad(depthImage, pixel).r) return;
-    vec4 previousClip = view.previous_clip_from_world * vec4(eye + ray * depth, 1.0);
+    vec4 previousClip = view.previous_clip_from_relative * vec4(view.eye_rs.xyz + ray * depth, 1.0);
     imageStore(motionImage, pixel, vec4(packMotion(vec2(pixel) + 0.5, previousClip), 0.0, 0.0));
     imageStore(idImage, pixel, uvec4(packId(CLASS_GROUND, 0u)));
     imageStore(depthImage, pixel, vec4(depth));

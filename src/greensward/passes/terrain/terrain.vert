@@ -12,7 +12,8 @@ void main() {
     // even multiples keep coarse vertices on fine ones as the camera moves
     vec2 middle = round(view.camera_ws.xz / (2.0 * spacing)) * 2.0 * spacing;
     vec2 xz = middle + corner * spacing;
-    vec4 position_ws = vec4(xz.x, groundHeight(xz), xz.y, 1.0);
-    previousClip = view.previous_clip_from_world * position_ws;
-    gl_Position = view.jittered_clip_from_world * position_ws;
+    vec3 position_ws = vec3(xz.x, groundHeight(xz), xz.y);
+    vec4 position_rs = vec4(position_ws - view.origin_ws.xyz, 1.0);
+    previousClip = view.previous_clip_from_relative * position_rs;
+    gl_Position = view.jittered_clip_from_relative * position_rs;
 }

@@ -86,7 +86,7 @@ class BezierBlades:
             if view.purpose == "picture":
                 page = part.seen.page
                 program["firstId"] = page.first_id
-                program["previousFromNow"] = tuple(page.previous_from_now.T.ravel())
+                program["previousFromNow"] = tuple(view.relative(page.previous_from_now).T.ravel())
             self._sieve.draw(array, part.command)
 
     def _fill(self, seen: Seen, view: View) -> "_Part":

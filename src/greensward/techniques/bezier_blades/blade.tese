@@ -16,7 +16,7 @@ out vec4 normalAndHeight;    // w runs from 0 at the root to 1 at the tip
 out vec3 previousClip;       // x, y, w
 flat out uint shown;         // the record
 
-uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago
+uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago, in relative space
 #endif
 
 void main() {
@@ -28,21 +28,21 @@ void main() {
     vec3 side = octahedralDecode(unpackSnorm2x16(r.side));
     vec3 centre = bezierPoint(root, control, tip, v);
     vec3 tangent = normalize(bezierTangent(root, control, tip, v));
-    float depth = dot(view.axis_ws.xyz, centre) + view.axis_ws.w;
+    float depth = dot(view.axis_rs.xyz, centre) + view.axis_rs.w;
     float widthPx = r.width / (view.pixel_m.x * max(depth, 0.02) + view.pixel_m.y);
     float across = shapeParameter(kind, u, v, widthPx) - 0.5;
     vec3 outward = cross(side, tangent);
     vec3 offset = r.width * (across * side + shapeFold(kind, u, v) * outward);
-    gl_Position = view.jittered_clip_from_world * vec4(centre + offset, 1.0);
+    gl_Position = view.jittered_clip_from_relative * vec4(centre + offset, 1.0);
 
 #ifndef SHADOW
-    vec3 position_ws = centre + offset;
+    vec3 position_rs = centre + offset;
     vec3 previousControl, previousTip;
     unpackPosture(r.previous, root, previousControl, previousTip);
-    vec4 previous_ws = previousFromNow * vec4(bezierPoint(root, previousControl, previousTip, v) + offset, 1.0);
-    previousClip = (view.previous_clip_from_world * previous_ws).xyw;
+    vec4 previous_rs = previousFromNow * vec4(bezierPoint(root, previousControl, previousTip, v) + offset, 1.0);
+    previousClip = (view.previous_clip_from_relative * previous_rs).xyw;
 
-    vec3 toEye = view.eye_ws.xyz - position_ws * view.eye_ws.w;
+    vec3 toEye = view.eye_rs.xyz - position_rs * view.eye_rs.w;
     vec3 wall = octahedralDecode(unpackSnorm2x16(r.wall)), trueSide = octahedralDecode(unpackSnorm2x16(r.trueSide));
     normalAndHeight = vec4(leafNormal(trueSide, side, tangent, toEye, u, wall, unpackUnorm4x8(r.look).y), v);
     shown = record;

@@ -20,7 +20,7 @@ bool prepare(uint index, out Record r) {
 
 #ifndef SHADOW
     vec3 previousControl, previousTip;
-    postureBefore(index, b, previousControl, previousTip);
+    postureBefore(index, b, h.v0, previousControl, previousTip);
     Look look = lookOf(b, h, onGround);
     r.previous = packPosture(h.here * (previousControl - h.v0), h.here * (previousTip - h.v0));
     r.trueSide = packSnorm2x16(octahedralEncode(across));

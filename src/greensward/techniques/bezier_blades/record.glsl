@@ -2,7 +2,7 @@
 #include "shaders/blade.glsl"
 
 struct Record {
-    float x, y, z;        // root, metres
+    float x, y, z;        // root in relative space, metres
     float width;          // metres, as drawn
     uint now[3];          // control point and tip from the root, as in Posture
     uint side;            // octahedral, as drawn: turned to the viewer where the blade would vanish

@@ -192,7 +192,7 @@ class VisibilityBuffer:
             firstName=32 * page.first_id,
             bladeCount=page.count,
             onGround=page.thing is None,
-            previousFromNow=tuple(page.previous_from_now.T.ravel()),
+            previousFromNow=tuple(view.relative(page.previous_from_now).T.ravel()),
         )
         if isinstance(shaders.resolve, moderngl.ComputeShader):
             shaders.resolve.run(*(-(-edge // 8) for edge in view.size_px))

@@ -6,7 +6,7 @@
 uniform uint firstName;
 uniform uint bladeCount;
 uniform bool onGround;         // where the vegetation map lies
-uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago
+uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago, in relative space
 
 // How far along and across its quad a pixel lies: centre + along * step + across * side is proportional to (ndc, 1) in
 // x, y and w, which is linear in both unknowns.
@@ -39,19 +39,19 @@ bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
 #ifdef FOLD
     if (isFolded(s)) offset += wide * shapeFold(s.shape, u, v) * cross(s.side_ws, normalize(tangent));
 #endif
-    vec3 position_ws = mix(bezierPoint(h.v0, h.v1, h.v2, v0), bezierPoint(h.v0, h.v1, h.v2, v1), along) + offset;
+    vec3 position_rs = mix(bezierPoint(h.v0, h.v1, h.v2, v0), bezierPoint(h.v0, h.v1, h.v2, v1), along) + offset;
     vec3 control, tip;
-    postureBefore(index, b, control, tip);
+    postureBefore(index, b, h.v0, control, tip);
     control = mix(h.v0, control, h.here);
     tip = mix(h.v0, tip, h.here);
     vec3 before = mix(bezierPoint(h.v0, control, tip, v0), bezierPoint(h.v0, control, tip, v1), along) + offset;
 
-    vec3 toEye = view.eye_ws.xyz - position_ws * view.eye_ws.w;
+    vec3 toEye = view.eye_rs.xyz - position_rs * view.eye_rs.w;
     Look look = lookOf(b, h, onGround);
     surface = leafSurface(look, v);
     surface.normal_ws = leafNormal(acrossOf(b, chordOf(h)), s.side_ws, normalize(tangent), toEye, u, look.wall, look.far);
     surface.bladeId = name >> 5u;
-    surface.previousClip = view.previous_clip_from_world * (previousFromNow * vec4(before, 1.0));
+    surface.previousClip = view.previous_clip_from_relative * (previousFromNow * vec4(before, 1.0));
     depth_m = 1.0 / nearness;
     return true;
 }

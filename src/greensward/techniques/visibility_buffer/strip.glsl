@@ -16,10 +16,10 @@ Strip stripOf(Blade b, Hull h, float wide) {
     float kind = species(bladeSpecies(b), MIX).z;
     Strip s;
     s.side_ws = drawnSide(across, chord, toViewerFrom(h.middle));
-    s.c0 = view.jittered_clip_from_world * vec4(h.v0, 1.0);
-    s.c1 = view.jittered_clip_from_world * vec4(h.v1, 1.0);
-    s.c2 = view.jittered_clip_from_world * vec4(h.v2, 1.0);
-    s.side = view.jittered_clip_from_world * vec4(wide * s.side_ws, 0.0);
+    s.c0 = view.jittered_clip_from_relative * vec4(h.v0, 1.0);
+    s.c1 = view.jittered_clip_from_relative * vec4(h.v1, 1.0);
+    s.c2 = view.jittered_clip_from_relative * vec4(h.v2, 1.0);
+    s.side = view.jittered_clip_from_relative * vec4(wide * s.side_ws, 0.0);
     s.width = wide;
     s.shape = int(kind);
     s.segments = int(min(segments(h.v0, h.v1, h.v2, wide, h.pixel, kind), 32.0));
@@ -37,7 +37,7 @@ vec2 edgesAt(Strip s, float v, float depth) {
 // What the fold lifts the middle by, in clip space
 vec4 foldAt(Strip s, Hull h, float v) {
     vec3 outward = cross(s.side_ws, normalize(bezierTangent(h.v0, h.v1, h.v2, v)));
-    return view.jittered_clip_from_world * vec4(s.width * shapeFold(s.shape, 0.5, v) * outward, 0.0);
+    return view.jittered_clip_from_relative * vec4(s.width * shapeFold(s.shape, 0.5, v) * outward, 0.0);
 }
 
 // One quad is too far away to show its fold
