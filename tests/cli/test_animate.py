@@ -38,8 +38,9 @@ class FakeRenderer:
     driver = "llvmpipe"
     last: "FakeRenderer"
 
-    def __init__(self, scene, *, size, samples, device):
+    def __init__(self, scene, *, size, samples, temporal, device):
         self.scene, self.size, self.samples, self.device = scene, size, samples, device
+        self.temporal, self.blended = temporal, 0
         FakeRenderer.last = self
         self.technique_name, self.seconds, self._state, self._time_s = scene.technique.name, {"draw": 9.0}, 0, 0.0
 

@@ -8,7 +8,12 @@ layout(binding = 10) uniform sampler2D latest;
 layout(binding = 11) uniform sampler2D history;
 layout(binding = 12) uniform sampler2D gMotion;
 
-const float MOST_FRAMES = 10.0, REACH = 1.25;
+// The history stands for at most so many frames: where its texels fall on those of the picture, and where they fall
+// between, since each such step blurs it a little
+const float MOST_FRAMES = 16.0, MOST_RESAMPLED = 5.0;
+// How far from the mean about a pixel the history may lie, in standard deviations: where nothing moves, a thin blade
+// that this sample missed may stay
+const float REACH_STILL = 3.0, REACH_MOVING = 1.0, MOVING_PX = 0.5;
 
 vec3 toYCoCg(vec3 c) {
     return vec3(dot(c, vec3(0.25, 0.5, 0.25)), 0.5 * (c.r - c.b), dot(c, vec3(-0.25, 0.5, -0.25)));
@@ -46,11 +51,12 @@ float outside(vec3 c, vec3 mean, vec3 reach) {
     return max(far.x, max(far.y, far.z));
 }
 
-// Pixels since the frame before, of the nearest surface about the pixel: thin blades carry their edges along
+// Pixels since the frame before. Around objects and single blades, the background takes the motion of the nearest
+// surface beside it, which so carries its edge along; in the sward blades cross, and each pixel of grass has its own.
 vec2 motionAbout(ivec2 pixel, ivec2 last) {
     ivec2 nearest = pixel;
     float nearest_m = texelFetch(gDepth, pixel, 0).r;
-    for (int i = 0; i < 9; i++) {
+    for (int i = 0; i < 9 && classAt(pixel) != CLASS_GRASS; i++) {
         ivec2 beside = clamp(pixel + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
         float depth_m = texelFetch(gDepth, beside, 0).r;
         if (depth_m < nearest_m) {
@@ -69,6 +75,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     if (light.sample_index == 0) return true;  // the history holds anything, infinities too
     ivec2 last = ivec2(view.size_px.xy) - 1;
     vec2 motion = motionAbout(pixel, last), before = vec2(pixel) + 0.5 - motion;
+    // not a number either, of a surface that was where no camera sees
     if (!all(greaterThanEqual(before, vec2(0.0))) || !all(lessThan(before, view.size_px.xy))) return true;
 
     vec3 mean = vec3(0.0), squares = vec3(0.0);
@@ -77,13 +84,16 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
         mean += beside / 9.0;
         squares += beside * beside / 9.0;
     }
-    vec3 deviation = sqrt(max(squares - mean * mean, 0.0));
-
+    float deviations = mix(REACH_STILL, REACH_MOVING, smoothstep(0.0, MOVING_PX, length(motion)));
+    vec3 reach = deviations * sqrt(max(squares - mean * mean, 0.0));
     vec3 old = toYCoCg(historyAt(before));
-    float over = outside(old, mean, REACH * deviation);
-    old = mean + (old - mean) / max(over, 1.0);
-    float frames = min(texelFetch(history, ivec2(before), 0).a, MOST_FRAMES - 1.0);
-    frames /= max(over, 1.0);
-    result[0] = vec4(mix(fromYCoCg(old), c, 1.0 / (frames + 1.0)), frames + 1.0);
+    float excess = max(outside(old, mean, reach), 1.0);
+    old = mean + (old - mean) / excess;  // clipped towards the mean
+
+    vec2 between = abs(fract(before) - 0.5) * 2.0;  // 0 on a texel, 1 midway
+    float blur = max(between.x, between.y);
+    float most = mix(MOST_FRAMES, MOST_RESAMPLED, sqrt(blur * (2.0 - blur)));
+    float frames = min(texelFetch(history, ivec2(before), 0).a, most - 1.0) / excess;
+    result[0] = vec4(max(mix(fromYCoCg(old), c, 1.0 / (frames + 1.0)), 0.0), frames + 1.0);
     return true;
 }
