@@ -67,13 +67,14 @@ class Frame:
 class Renderer:
     """Draws one scene: to arrays with its own headless context, or into a framebuffer of the caller's.
 
-    `samples` jittered pictures are averaged for clean edges; or, `temporal`, each frame is one of them and is blended
-    into those before it, for pictures that follow each other: with ground truth asked for, a frame's sample lies at the
-    pixels' centres. `device` is `auto`, `cpu` or a number from
-    `greensward info`; with `ctx`, the caller's moderngl context (OpenGL 4.3 or newer) is used instead and
-    its state is kept. `scripts` move objects by name: each takes a time in seconds and returns the centre of the
-    object's base, (3,) with y above the ground, or its matrix, (4, 4) for column vectors. Raises `InputError`
-    for what the scene asks and cannot be had.
+    `samples` jittered pictures are averaged for clean edges. With `temporal` each frame is one of them, blended into
+    those before it, for pictures that follow each other; after a cut, as `passes.temporal.is_cut` has it, they begin
+    anew. A temporal frame with ground truth has its sample at the pixels' centres.
+
+    `device` is `auto`, `cpu` or a number from `greensward info`; with `ctx`, the caller's moderngl context (OpenGL 4.3
+    or newer) is used instead and its state is kept. `scripts` move objects by name: each takes a time in seconds and
+    returns the centre of the object's base, (3,) with y above the ground, or its matrix, (4, 4) for column vectors.
+    Raises `InputError` for what the scene asks and cannot be had.
     """
 
     def __init__(
@@ -219,8 +220,8 @@ class Renderer:
     def checkpoint(self) -> dict[str, npt.NDArray[Any]]:
         """The memory of the grass after the last frame, as arrays: `resume` continues from it bit for bit.
 
-        `time_s` is the instant it is of, float64, and `camera` its camera, JSON; a scene without simulation has no more
-        to remember, but `temporal` pictures their history.
+        `time_s` is the instant it is of, float64, and `camera` its camera, JSON; beside them stand what the grass
+        remembers, if the scene has simulation, and the history of `temporal` pictures.
         """
         camera, _ = self._seen_from or (self.scene.camera, self.size)
         with self._kept():
@@ -230,7 +231,7 @@ class Renderer:
     def resume(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Continue from a checkpoint of the same scene, on the same driver bit for bit.
 
-        Raises `InputError` if it was made of another field.
+        `temporal` pictures begin anew if it holds none of this size. Raises `InputError` if it was made of another field.
         """
         if "time_s" not in state or state["time_s"].shape != ():
             raise InputError("this is not a checkpoint of greensward")
@@ -274,7 +275,7 @@ class Renderer:
         aovs: Sequence[str],
         progress: Callable[[int, int], None] | None,
     ) -> Truth:
-        """The frame, top to bottom: sow, move, shadows, then for every sample surfaces, light and tone."""
+        """The frame, top to bottom: sow, move, shadows, for every sample surfaces, light and tone, then the history."""
         truth: Truth = {}
         view, shadow_views = self._views(camera)
         previous = self._previous
@@ -296,8 +297,8 @@ class Renderer:
                 with self.timers.measure("clear"):
                     self._gbuffer.clear()
                 with self._depth.drawing():
-                    centred = self._temporal and aovs
-                    values = view_values(view, previous_view, jitter(0 if centred else sample))
+                    offset_px = jitter(0 if self._temporal and aovs else sample)  # truth is of the pixels' centres
+                    values = view_values(view, previous_view, offset_px)
                     values["jittered_clip_from_world"] = self._depth.matrix(values["jittered_clip_from_world"])
                     self._view_blocks[0].set(**values)
                     self._gbuffer.depth.use(14)

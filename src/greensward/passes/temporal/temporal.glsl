@@ -10,7 +10,7 @@ layout(binding = 12) uniform sampler2D gMotion;
 
 // The history stands for at most so many frames: where its texels fall on those of the picture, and where they fall
 // between, since each such step blurs it a little
-const float MOST_FRAMES = 16.0, MOST_RESAMPLED = 5.0;
+const float MOST_FRAMES = 16.0, MOST_RESAMPLED = 3.0;
 // How far from the mean about a pixel the history may lie, in standard deviations: where nothing moves, a thin blade
 // that this sample missed may stay
 const float REACH_STILL = 3.0, REACH_MOVING = 1.0, MOVING_PX = 0.5;

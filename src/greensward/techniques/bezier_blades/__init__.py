@@ -16,7 +16,6 @@ from greensward.world import RECORDS, Instant, Seen, World
 _FOLDER = "techniques/bezier_blades"
 _RECORD_BYTES = 72
 
-
 class Settings(LeafSettings):
     """How finely blades are cut, and how thin they may become."""
 

@@ -182,13 +182,7 @@ class VisibilityBuffer:
 
     def release(self) -> None:
         """Free programs, blocks and buffers."""
-        for shader in (
-            *self._clear.values(),
-            *self._raster.values(),
-            *self._large.values(),
-            self._plan,
-            self._resolve,
-        ):
+        for shader in (*self._clear.values(), *self._raster.values(), *self._large.values(), self._plan, self._resolve):
             shader.release()
         if self._software:
             self._triangle.release()
@@ -196,3 +190,4 @@ class VisibilityBuffer:
         self._shadow.release()
         for part in (self._block, self._cells, self._names, self._lists, self._large_list, self._won, self._drawn):
             part.release()
+
