@@ -70,13 +70,13 @@ def test_ycocg_and_back(ctx):
 
 def test_history_is_clipped_towards_the_mean(ctx):
     c, mean = (_RANDOM.uniform(-1.0, 1.0, (200, 3)).astype(np.float32) for _ in range(2))
-    reach = _RANDOM.uniform(0.0, 1.0, (200, 3)).astype(np.float32)
+    reach = _RANDOM.uniform(0.0, 2.0, (200, 3)).astype(np.float32)
     reach[:5] = 0.0
     inputs = {"c": c, "mean": mean, "reach": reach}
     got = shader_call(ctx, _SHADER, "mean + (c - mean) / max(outside(c, mean, reach), 1.0)", inputs, "vec3")
     expected = temporal.clip(*(a.astype(float) for a in (c, mean, reach)))
     assert np.abs(got - expected).max() < 1e-5
-    assert 20 < (np.abs(got - c).max(1) < 1e-6).sum() < 180
+    assert 20 < (np.abs(got - c).max(1) < 1e-6).sum() < 180  # some lie within
 
 
 # Pictures ---------------------------------------------------------------------------------------------------
@@ -89,7 +89,7 @@ def test_a_still_scene_becomes_the_average_of_many_samples(renderer, technique):
     one = renderer(scene).render().image
     over_time = renderer(scene, temporal=True)
     frames = [over_time.render().image for _ in range(24)]
-    assert np.array_equal(frames[0], one)
+    assert np.abs(frames[0].astype(int) - one).max() <= 1  # the history is of half floats
     assert _difference(frames[-1], many) < 0.25 * _difference(one, many)
     assert _difference(frames[-1], many) < 3.0
 

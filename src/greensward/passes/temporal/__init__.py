@@ -88,7 +88,7 @@ class Temporal:
         """Continue from what `saved` returned of a moment, if it was of pictures of this size, or begin anew."""
         history, frames = saved.get("history"), saved.get("history_frames")
         width, height = self._history.size
-        self._holds = None
+        self._index, self._holds = -1, None
         if history is not None and frames is not None and history.shape == (height, width, 4):
             self._history.write(np.ascontiguousarray(history, np.float16))
             self._index, self._holds = int(frames) - 1, moment
