@@ -13,7 +13,7 @@ layout(binding = 12) uniform sampler2D gMotion;
 const float MOST_FRAMES = 16.0, MOST_RESAMPLED = 3.0;
 // How far from the mean about a pixel the history may lie, in standard deviations: where nothing moves, a thin blade
 // that this sample missed may stay
-const float REACH_STILL = 3.0, REACH_MOVING = 1.0, MOVING_PX = 0.5;
+const float REACH_STILL = 2.0, REACH_MOVING = 1.0, MOVING_PX = 0.5;
 
 vec3 toYCoCg(vec3 c) {
     return vec3(dot(c, vec3(0.25, 0.5, 0.25)), 0.5 * (c.r - c.b), dot(c, vec3(-0.25, 0.5, -0.25)));
@@ -93,7 +93,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec2 between = abs(fract(before) - 0.5) * 2.0;  // 0 on a texel, 1 midway
     float blur = max(between.x, between.y);
     float most = mix(MOST_FRAMES, MOST_RESAMPLED, sqrt(blur * (2.0 - blur)));
-    float frames = min(texelFetch(history, ivec2(before), 0).a, most - 1.0) / excess;
+    float frames = min(texelFetch(history, ivec2(before), 0).a, most - 1.0) / (excess * excess);
     result[0] = vec4(max(mix(fromYCoCg(old), c, 1.0 / (frames + 1.0)), 0.0), frames + 1.0);
     return true;
 }
