@@ -71,9 +71,10 @@ class Renderer:
     those before it, for pictures that follow each other; after a cut, as `passes.temporal.is_cut` has it, they begin
     anew. A temporal frame with ground truth has its sample at the pixels' centres.
 
-    `device` is `auto`, `cpu` or a number from `greensward info`; with `ctx`, the caller's moderngl context (OpenGL 4.3
-    or newer) is used instead and its state is kept. `scripts` move objects by name: each takes a time in seconds and
-    returns the centre of the object's base, (3,) with y above the ground, or its matrix, (4, 4) for column vectors.
+    `device` is `auto`, `cpu` or a number from `greensward info`; with `ctx`, the caller's moderngl context (OpenGL
+    4.3 or newer) is used instead and its state is kept. `scripts` move objects by name: each takes a time in seconds
+    and returns the centre of the object's base, (3,) with y above the ground, or its matrix, (4, 4) for column
+    vectors.
     Raises `InputError` for what the scene asks and cannot be had.
     """
 
@@ -231,13 +232,17 @@ class Renderer:
     def resume(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Continue from a checkpoint of the same scene, on the same driver bit for bit.
 
-        `temporal` pictures begin anew if it holds none of this size. Raises `InputError` if it was made of another field.
+        `temporal` pictures begin anew if it holds none of this size. Raises `InputError` if it was made of another
+        field.
         """
         if "time_s" not in state or state["time_s"].shape != ():
             raise InputError("this is not a checkpoint of greensward")
+        try:
+            camera = Camera.model_validate_json(str(state["camera"])) if "camera" in state else self.scene.camera
+        except ValueError:
+            raise InputError("the checkpoint's camera is damaged") from None
         with self._kept():
             self._world.resume(state)
-            camera = Camera.model_validate_json(str(state["camera"])) if "camera" in state else self.scene.camera
             view, _ = self._views(camera)
             self._time_s = float(state["time_s"])
             self._previous = view, self._time_s
@@ -275,7 +280,7 @@ class Renderer:
         aovs: Sequence[str],
         progress: Callable[[int, int], None] | None,
     ) -> Truth:
-        """The frame, top to bottom: sow, move, shadows, for every sample surfaces, light and tone, then the history."""
+        """The frame, top to bottom: sow, move, shadows, then for every sample surfaces, light, tone; then history."""
         truth: Truth = {}
         view, shadow_views = self._views(camera)
         previous = self._previous

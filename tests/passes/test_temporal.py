@@ -267,6 +267,12 @@ def test_a_checkpoint_of_another_size_begins_anew(renderer):
     assert np.array_equal(drawn.render(0.03).image, renderer(scene, temporal=True).render(0.03).image)
 
 
+def test_a_checkpoint_with_a_damaged_camera_is_refused(renderer):
+    drawn = renderer(_scene())
+    with pytest.raises(InputError, match="the checkpoint's camera is damaged"):
+        drawn.resume({**drawn.checkpoint(), "camera": np.array("{")})
+
+
 # Around it --------------------------------------------------------------------------------------------------
 
 
@@ -294,6 +300,6 @@ def test_time_shows_and_nothing_is_allocated(renderer):
 
 
 def test_temporal_draws_one_sample(renderer):
-    with pytest.raises(InputError, match="samples: must be 1 with temporal, which draws one sample a frame .got 4"):
+    with pytest.raises(InputError, match=r"samples: must be 1 with temporal, which draws one sample a frame \(got 4\)"):
         renderer(_scene(), temporal=True, samples=4)
     assert renderer(_scene()).blended == 0
