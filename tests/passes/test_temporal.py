@@ -300,6 +300,8 @@ def test_time_shows_and_nothing_is_allocated(renderer):
 
 
 def test_temporal_draws_one_sample(renderer):
-    with pytest.raises(InputError, match=r"samples: must be 1 with temporal, which draws one sample a frame \(got 4\)"):
+    with pytest.raises(
+        InputError, match=r"samples: must be 1 with temporal, which draws one sample a frame \(got 4\)"
+    ):
         renderer(_scene(), temporal=True, samples=4)
     assert renderer(_scene()).blended == 0
