@@ -26,6 +26,7 @@ from greensward.passes.lighting import Lighting
 from greensward.passes.post import Post
 from greensward.passes.shadows import ShadowMaps
 from greensward.passes.solids import Solids
+from greensward.passes.temporal import Moment, Temporal
 from greensward.passes.terrain import Terrain
 from greensward.scene import Camera, InputError, Scene
 from greensward.techniques import chosen
@@ -66,11 +67,15 @@ class Frame:
 class Renderer:
     """Draws one scene: to arrays with its own headless context, or into a framebuffer of the caller's.
 
-    `samples` jittered pictures are averaged for clean edges. `device` is `auto`, `cpu` or a number from
-    `greensward info`; with `ctx`, the caller's moderngl context (OpenGL 4.3 or newer) is used instead and
-    its state is kept. `scripts` move objects by name: each takes a time in seconds and returns the centre of the
-    object's base, (3,) with y above the ground, or its matrix, (4, 4) for column vectors. Raises `InputError`
-    for what the scene asks and cannot be had.
+    `samples` jittered pictures are averaged for clean edges. With `temporal` each frame is one of them, blended into
+    those before it, for pictures that follow each other; after a cut, as `passes.temporal.is_cut` has it, they begin
+    anew. A temporal frame with ground truth has its sample at the pixels' centres.
+
+    `device` is `auto`, `cpu` or a number from `greensward info`; with `ctx`, the caller's moderngl context (OpenGL
+    4.3 or newer) is used instead and its state is kept. `scripts` move objects by name: each takes a time in seconds
+    and returns the centre of the object's base, (3,) with y above the ground, or its matrix, (4, 4) for column
+    vectors.
+    Raises `InputError` for what the scene asks and cannot be had.
     """
 
     def __init__(
@@ -79,6 +84,7 @@ class Renderer:
         *,
         size: tuple[int, int] = (1280, 720),
         samples: int = 1,
+        temporal: bool = False,
         device: str = "auto",
         ctx: moderngl.Context | None = None,
         scripts: Mapping[str, Script] | None = None,
@@ -89,7 +95,10 @@ class Renderer:
         """Wall-clock seconds by stage so far."""
         if samples < 1:
             raise InputError(f"samples: must be at least 1 (got {samples})")
+        if temporal and samples != 1:
+            raise InputError(f"samples: must be 1 with temporal, which draws one sample a frame (got {samples})")
         self.samples = samples
+        self.temporal = temporal
         self._technique_type, self._settings = chosen(scene)
         self.technique_name = self._technique_type.name
         with self._stage("context"):
@@ -113,7 +122,7 @@ class Renderer:
         self._all_views: tuple[View, ...]
         self._shadow_views: tuple[View, ...]
         self._lit_by: tuple[View, ...] | None = None
-        self._previous: tuple[View, float] | None = None
+        self._previous: Moment | None = None
         self._time_s = 0.0
         self._released = False
 
@@ -139,7 +148,8 @@ class Renderer:
         self._gbuffer = GBuffer(ctx, size, self._depth, shell)
         self._blade_pixels = BladePixels(ctx)
         self._lighting = Lighting(ctx, self.scene, size, shell)
-        self._post = Post(ctx, size, shell)
+        self._post = Post(ctx, size, shell, averaged=not self.temporal)
+        self._temporal = Temporal(ctx, size, shell) if self.temporal else None
 
     @property
     def blades(self) -> int:
@@ -166,6 +176,11 @@ class Renderer:
     def field_bytes(self) -> int:
         """GPU memory of the sown blades in bytes."""
         return self._world.field.nbytes
+
+    @property
+    def blended(self) -> int:
+        """Frames that the temporal picture holds since it began or the last cut; 0 without `temporal`."""
+        return self._temporal.frames if self._temporal else 0
 
     def render(
         self,
@@ -207,23 +222,33 @@ class Renderer:
     def checkpoint(self) -> dict[str, npt.NDArray[Any]]:
         """The memory of the grass after the last frame, as arrays: `resume` continues from it bit for bit.
 
-        `time_s` is the instant it is of, float64; a scene without simulation has no more to remember.
+        `time_s` is the instant it is of, float64, and `camera` its camera, JSON; beside them stand what the grass
+        remembers, if the scene has simulation, and the history of `temporal` pictures.
         """
+        camera, _ = self._seen_from or (self.scene.camera, self.size)
         with self._kept():
-            return {"time_s": np.array(self._time_s), **self._world.saved()}
+            state = {"time_s": np.array(self._time_s), "camera": np.array(camera.model_dump_json())}
+            return {**state, **self._world.saved(), **(self._temporal.saved() if self._temporal else {})}
 
     def resume(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Continue from a checkpoint of the same scene, on the same driver bit for bit.
 
-        Raises `InputError` if it was made of another field.
+        `temporal` pictures begin anew if it holds none of this size. Raises `InputError` if it was made of another
+        field.
         """
         if "time_s" not in state or state["time_s"].shape != ():
             raise InputError("this is not a checkpoint of greensward")
+        try:
+            camera = Camera.model_validate_json(str(state["camera"])) if "camera" in state else self.scene.camera
+        except ValueError:
+            raise InputError("the checkpoint's camera is damaged") from None
         with self._kept():
             self._world.resume(state)
-            view, _ = self._views(self.scene.camera)
+            view, _ = self._views(camera)
             self._time_s = float(state["time_s"])
             self._previous = view, self._time_s
+            if self._temporal:
+                self._temporal.resume(state, self._previous)
 
     def camera_matrices(
         self, camera: Camera | None = None
@@ -244,6 +269,8 @@ class Renderer:
             self._gbuffer = GBuffer(self.ctx, size, self._depth, self._shell)
             self._lighting.resize(size)
             self._post.resize(size)
+            if self._temporal:
+                self._temporal.resize(size)
         self.size = size
         self._previous = None
 
@@ -254,11 +281,13 @@ class Renderer:
         aovs: Sequence[str],
         progress: Callable[[int, int], None] | None,
     ) -> Truth:
-        """The frame, top to bottom: sow, move, shadows, then for every sample surfaces, light and tone."""
+        """The frame, top to bottom: sow, move, shadows, then for every sample surfaces, light, tone; then history."""
         truth: Truth = {}
         view, shadow_views = self._views(camera)
-        previous_view = self._previous[0] if self._previous else view
+        previous = self._previous
+        previous_view = previous[0] if previous else view
         instant = self._move(time_s, camera)
+        first = self._temporal.follow(previous, (view, time_s)) if self._temporal else 0
         with self._stage("draw"):
             with self.timers.measure("move"):
                 self._technique.update(instant)
@@ -270,33 +299,36 @@ class Renderer:
                     self._view_blocks[slot].set(**view_values(shadow_view, shadow_view))
                 self._surfaces(framebuffer, shadow_view, slot)
             self._lit_by = shadow_views
-            for sample in range(self.samples):
+            for sample in range(first, first + self.samples):
                 with self.timers.measure("clear"):
                     self._gbuffer.clear(rastered=not self._technique.last or self._world.has_meshes)
                 with self._depth.drawing():
-                    values = view_values(view, previous_view, jitter(sample))
+                    offset_px = jitter(0 if self._temporal and aovs else sample)  # truth is of the pixels' centres
+                    values = view_values(view, previous_view, offset_px)
                     jittered = "jittered_clip_from_relative"
                     values[jittered] = self._depth.matrix(values[jittered])
                     self._view_blocks[0].set(**values)
                     self._gbuffer.depth.use(14)
                     self._gbuffer.bind_images()
-                    self._surfaces(self._gbuffer.framebuffer, view, 0, hiding=sample == 0)
+                    self._surfaces(self._gbuffer.framebuffer, view, 0, hiding=sample == first)
                 with self.timers.measure("ground"):
                     self._terrain.paint(self._gbuffer)
-                if sample == 0:
+                if sample == first:
                     with self.timers.measure("post"):
                         self._blade_pixels.count(self._gbuffer)
-                if sample == 0 and aovs:
+                if sample == first and aovs:
                     truth = read_truth(self._gbuffer, aovs)
                 with self.timers.measure("light"):
                     light = self._lighting.shade(self._gbuffer, self._shadows, shadow_views, sample)
                 with self.timers.measure("post"):
-                    self._post.accumulate(light, sample)
+                    picture = self._post.accumulate(light, sample)
                 if progress is not None:
                     self.ctx.finish()
-                    progress(sample + 1, self.samples)
+                    progress(sample - first + 1, self.samples)
             with self.timers.measure("post"):
-                self._post.encode()
+                if self._temporal:
+                    picture = self._temporal.blend(picture, self._gbuffer, (view, time_s))
+                self._post.encode(picture)
         if aovs:
             view_from_world, _ = self.camera_matrices(camera)
             truth["camera"] = np.array(camera_record(camera, view.clip_from_world, view_from_world, self.size))
@@ -389,6 +421,7 @@ class Renderer:
                 self._blade_pixels,
                 self._lighting,
                 self._post,
+                *([self._temporal] if self._temporal else []),
                 self._world,
                 *self._view_blocks,
             ):

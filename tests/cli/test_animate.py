@@ -30,7 +30,10 @@ speed_mps = 8.0
 
 
 class FakeRenderer:
-    """Its grass remembers: every instant that it is moved to changes the grey of all pictures after it."""
+    """Its grass remembers: every instant that it is moved to changes the grey of all pictures after it.
+
+    With `temporal` so does every picture, until the grass moves on without one.
+    """
 
     drawn: list = []  # noqa: RUF012
     moved: list = []  # noqa: RUF012
@@ -38,8 +41,9 @@ class FakeRenderer:
     driver = "llvmpipe"
     last: "FakeRenderer"
 
-    def __init__(self, scene, *, size, samples, device):
+    def __init__(self, scene, *, size, samples, temporal, device):
         self.scene, self.size, self.samples, self.device = scene, size, samples, device
+        self.temporal, self.blended, self._history = temporal, 0, 0
         FakeRenderer.last = self
         self.technique_name, self.seconds, self._state, self._time_s = scene.technique.name, {"draw": 9.0}, 0, 0.0
 
@@ -50,32 +54,45 @@ class FakeRenderer:
         pass
 
     def advance(self, time_s):
+        self._move(time_s)
+        self.blended = self._history = 0
+
+    def _move(self, time_s):
         FakeRenderer.moved.append(time_s)
         self._time_s, self._state = time_s, (self._state * 3 + round(time_s * 1000)) % 241
 
     def render(self, *, time_s, progress):
         if self.fails_at and len(self.drawn) == self.fails_at[0]:
             raise self.fails_at[1]
-        self.advance(time_s)
+        self._move(time_s)
+        if self.temporal:
+            self.blended, self._history = self.blended + 1, (self._history * 5 + self._state) % 239
         FakeRenderer.drawn.append(time_s)
         for sample in range(self.samples):
             progress(sample + 1, self.samples)
         width, height = self.size
-        return types.SimpleNamespace(image=np.full((height, width, 3), self._state, np.uint8))
+        grey = self._history if self.temporal else self._state
+        return types.SimpleNamespace(image=np.full((height, width, 3), grey, np.uint8))
 
     def checkpoint(self):
-        return {"time_s": np.array(self._time_s), "grass": np.array([self._state])}
+        state = {"time_s": np.array(self._time_s), "grass": np.array([self._state])}
+        return {**state, "history": np.array([self.blended, self._history])} if self.temporal else state
 
     def resume(self, state):
-        assert set(state) == {"time_s", "grass"}
+        assert {"time_s", "grass"} <= set(state) <= {"time_s", "grass", "history"}
         if state["grass"].shape != (1,):
             raise InputError("is of another field of grass")
         self._time_s, self._state = float(state["time_s"]), int(state["grass"][0])
+        if self.temporal and "history" in state:
+            self.blended, self._history = (int(value) for value in state["history"])
 
 
 @pytest.fixture
 def greensward(monkeypatch, capsys, tmp_path):
-    """Runs the command line in a folder of its own: exit code, standard output, standard error."""
+    """Runs the command line in a folder of its own: exit code, standard output, standard error.
+
+    It draws 4 samples a frame, unless `over_time`.
+    """
     fake = types.ModuleType("greensward.renderer")
     fake.Renderer = FakeRenderer
     monkeypatch.setitem(sys.modules, "greensward.renderer", fake)
@@ -83,11 +100,11 @@ def greensward(monkeypatch, capsys, tmp_path):
         monkeypatch.setattr(FakeRenderer, name, value)
     monkeypatch.chdir(tmp_path)
 
-    def run(*args):
+    def run(*args, over_time=False):
         FakeRenderer.drawn.clear()
         FakeRenderer.moved.clear()
         with pytest.raises(SystemExit) as left:
-            main(["animate", "meadow", "--size", "32x18", *args])
+            main(["animate", "meadow", "--size", "32x18", *([] if over_time else ["--samples", "4"]), *args])
         out, err = capsys.readouterr()
         assert "Traceback" not in out + err
         return left.value.code, out, err
@@ -319,6 +336,50 @@ def test_without_the_extra_there_are_sequences_still(greensward, monkeypatch):
     assert greensward("-o", "f/", "--seconds", "0.1")[0] == 0
 
 
+# Edges over time ----------------------------------------------------------------------------------------------
+
+
+def test_edges_are_smoothed_over_time_unless_samples_are_asked_for(greensward):
+    assert greensward("-o", "f/", "--seconds", "0.1", over_time=True)[0] == 0
+    assert (FakeRenderer.last.temporal, FakeRenderer.last.samples) == (True, 1)
+    # the first picture is as clean as the others
+    assert FakeRenderer.drawn == [0.0] * 8 + [0 / 30, 1 / 30, 2 / 30]
+    code, _, err = greensward("-o", "f/", "--seconds", "0.1")
+    assert (code, FakeRenderer.moved) == (2, [])
+    assert "made with samples over time, not 4" in err
+    assert greensward("-o", "g/", "--seconds", "0.1", "--samples", "1", over_time=True)[0] == 0
+    assert (FakeRenderer.last.temporal, FakeRenderer.last.samples) == (False, 1)
+    assert len(FakeRenderer.drawn) == 3
+
+
+def test_an_interrupted_sequence_over_time_is_that_of_one_run(greensward, tmp_path):
+    args = ("-o", "f/###.png", "--seconds", "0.4", "--fps", "20")
+    greensward(*args, over_time=True)
+    whole = greys(tmp_path / "f")
+    assert len(set(whole.values())) > 5
+    untouched = (tmp_path / "f/004.png").stat().st_mtime_ns
+    for index in (2, 5, 6):
+        (tmp_path / f"f/{index:03}.png").unlink()
+    code, out, _ = greensward(*args, over_time=True)
+    assert (code, greys(tmp_path / "f")) == (0, whole)
+    assert FakeRenderer.drawn == [0.0] * 8 + [index / 20 for index in range(7)]
+    assert (tmp_path / "f/004.png").stat().st_mtime_ns == untouched
+    assert out.endswith("; 5 of them were there\n")
+    greensward(*args, over_time=True)
+    assert FakeRenderer.moved == []
+
+
+def test_two_runs_over_time_with_a_checkpoint_are_one(greensward, tmp_path):
+    greensward("-o", "whole/", "--seconds", "0.4", over_time=True)
+    greensward("-o", "parts/", "--seconds", "0.2", "--checkpoint", "a.npz", over_time=True)
+    assert greensward("-o", "parts/", "--from", "a.npz", "--seconds", "0.2", over_time=True)[0] == 0
+    assert FakeRenderer.drawn == [index / 30 for index in range(6, 12)]
+    assert greys(tmp_path / "parts") == greys(tmp_path / "whole")
+    greensward("-o", "s/", "--seconds", "0.2", "--checkpoint", "b.npz")
+    assert greensward("-o", "t/", "--from", "b.npz", "--seconds", "0.1", over_time=True)[0] == 0
+    assert FakeRenderer.drawn[:8] == [6 / 30] * 8  # no history to go on from
+
+
 # Checkpoints ------------------------------------------------------------------------------------------------
 
 
@@ -454,12 +515,13 @@ def test_a_terminal_shows_progress_and_a_pipe_does_not(greensward, monkeypatch):
     assert "Drawing" in err
 
 
-def test_grass_with_a_memory_goes_on_bit_for_bit(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("edges", [(), ("--samples", "1")], ids=["over time", "samples"])
+def test_grass_with_a_memory_goes_on_bit_for_bit(tmp_path, monkeypatch, capsys, edges):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "tiny.toml").write_text("simulation = {settle_s = 0.2}\n" + TINY)
 
     def draw(output, *args):
-        options = ("--size", "64x36", "--samples", "1", "--device", "cpu", "--seconds", "0.5")
+        options = ("--size", "64x36", *edges, "--device", "cpu", "--seconds", "0.5")
         with pytest.raises(SystemExit) as left:
             main(["animate", "tiny.toml", "-o", output, *options, *args])
         assert (left.value.code, capsys.readouterr().err) == (0, "")

@@ -15,8 +15,8 @@ import typer
 from greensward.cli.options import (
     AsJson,
     Device,
+    FrameSamples,
     Overrides,
-    Samples,
     SceneName,
     Seed,
     Size,
@@ -45,11 +45,14 @@ Examples:
   greensward animate meadow -o loop.gif --size 480x270 --seconds 2 --fps 25
   greensward animate meadow -o clip.webm --codec av1 --set wind.0.speed_mps=12
   greensward animate meadow -o frames/%04d.png --seconds 10
+  greensward animate meadow -o fine.mp4 --samples 16
   greensward animate meadow -o first.mp4 --checkpoint first.npz
   greensward animate meadow -o second.mp4 --from first.npz
 """
 _MOST_FRAMES = 1_000_000
 _LONGEST_S = 1e9
+_SETTLED = 8
+"""Frames that the first one's edges are smoothed over, where none came before."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ def animate(
         ),
     ] = None,
     size: Size = "1280x720",
-    samples: Samples = "4",
+    samples: FrameSamples = None,
     overrides: Overrides = None,
     seed: Seed = None,
     technique: Technique = None,
@@ -139,7 +142,7 @@ def animate(
     loading_s = time.perf_counter() - begin
     with (
         _told(output),
-        Renderer(loaded, size=size, samples=samples, device=device) as renderer,
+        Renderer(loaded, size=size, samples=samples or 1, temporal=samples is None, device=device) as renderer,
         progress() as tell,
     ):
         if before and known:
@@ -271,14 +274,14 @@ def _hash(scene: "Scene") -> str:
     return scene_hash.hexdigest()
 
 
-def _made_with(scene: "Scene", size: tuple[int, int], samples: int, clip: _Clip) -> dict[str, object]:
+def _made_with(scene: "Scene", size: tuple[int, int], samples: int | None, clip: _Clip) -> dict[str, object]:
     """What the frames of a sequence must share: a later run goes on only from frames that it would draw."""
     from greensward import __version__
 
     return {
         "version": __version__,
         "size": f"{size[0]}x{size[1]}",
-        "samples": samples,
+        "samples": samples or "over time",
         "fps": clip.fps,
         "start_s": clip.start_s,
         "technique": scene.technique.name,
@@ -334,25 +337,30 @@ class _Job:
     def _draw(
         self, indices: range, present: Collection[int], add: "Callable[[int, npt.NDArray[np.uint8]], None]"
     ) -> None:
-        """Draw frames and hand them on; those that are present only move the grass on."""
-        samples = self.renderer.samples
-        total = sum(1 if index in present else samples for index in indices)
+        """Draw frames and hand them on. Those that are present only move the grass on, or temporal pictures."""
+        temporal, samples = self.renderer.temporal, self.renderer.samples
+        settling = list(indices[:1]) * max(0, _SETTLED - self.renderer.blended) if temporal else []
+        total = len(settling) + sum(1 if index in present else samples for index in indices)
         done = 0
+
+        def tell(sample: int, _: int) -> None:
+            self.tell(done + sample, total)
+
+        for index in settling:
+            self.renderer.render(time_s=self.clip.time_s(index), progress=tell)
+            done += 1
         for index in indices:
             time_s = self.clip.time_s(index)
-            if index in present:
+            if index in present and not temporal:
                 self.renderer.advance(time_s)
                 done += 1
                 self.tell(done, total)
                 continue
-
-            def tell(sample: int, _: int, before: int = done) -> None:
-                self.tell(before + sample, total)
-
             frame = self.renderer.render(time_s=time_s, progress=tell)
             done += samples
-            with self._writing():
-                add(index, frame.image)
+            if index not in present:
+                with self._writing():
+                    add(index, frame.image)
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:

@@ -69,6 +69,15 @@ Size: TypeAlias = Annotated[Any, typer.Option(parser=_size, metavar="WIDTHxHEIGH
 Samples: TypeAlias = Annotated[
     Any, typer.Option(parser=_whole(1, 4096), metavar="N", help="Samples for each pixel: more, cleaner edges.")
 ]
+FrameSamples: TypeAlias = Annotated[
+    Any,
+    typer.Option(
+        parser=_whole(1, 4096),
+        metavar="N",
+        help="Samples for each pixel of each frame; if not given, one, and edges are smoothed over the frames.",
+        show_default=False,
+    ),
+]
 Overrides: TypeAlias = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change one key of the scene; may be repeated."),

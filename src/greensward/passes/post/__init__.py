@@ -13,9 +13,10 @@ from greensward.scene import Camera
 class Post:
     """Tone mapping, accumulation and encoding. Reads the `Light` block that lighting bound."""
 
-    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], shell: Shell | None) -> None:
+    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], shell: Shell | None, *, averaged: bool) -> None:
         self._ctx = ctx
-        self._tone = PixelPass(ctx, "passes/post/tone.glsl", ["f4"], shell=shell)
+        defines = {"AVERAGED": int(averaged)}
+        self._tone = PixelPass(ctx, "passes/post/tone.glsl", ["f4"], shell=shell, defines=defines)
         self._encode = PixelPass(ctx, "passes/post/encode.glsl", ["f1"], shell=shell)
         program = build(ctx, "shaders/screen.vert", "passes/post/blit.frag")
         self._blit = ctx.vertex_array(program, [])
@@ -25,17 +26,17 @@ class Post:
         self._average = [self._ctx.texture(size, 4, dtype="f4") for _ in range(2)]
         self._picture = self._ctx.texture(size, 4, dtype="f1")
 
-    def accumulate(self, radiance: moderngl.Texture, sample: int) -> None:
-        """Add one sample to the average."""
+    def accumulate(self, radiance: moderngl.Texture, sample: int) -> moderngl.Texture:
+        """Tone one sample; the average with those before it, or where samples are not `averaged`, it alone."""
         sofar, target = self._average[(sample + 1) % 2], self._average[sample % 2]
         radiance.use(10)
         sofar.use(11)
         self._tone.run(target)
-        self._latest = target
+        return target
 
-    def encode(self) -> None:
-        """Write the average as sRGB."""
-        self._latest.use(10)
+    def encode(self, picture: moderngl.Texture) -> None:
+        """Write a toned picture as sRGB."""
+        picture.use(10)
         self._encode.run(self._picture)
 
     def read(self) -> npt.NDArray[np.uint8]:

@@ -22,8 +22,10 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     }
     c = mix(vec3(dot(c, vec3(0.2126, 0.7152, 0.0722))), c, light.saturation);
     c = clamp(c, 0.0, 1.0);
+#if AVERAGED
     // before the first sample the average holds anything, infinities too
     if (light.sample_index > 0) c = mix(texelFetch(sofar, pixel, 0).rgb, c, 1.0 / float(light.sample_index + 1));
+#endif
     result[0] = vec4(c, 1.0);
     return true;
 }

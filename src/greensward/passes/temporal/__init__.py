@@ -1,0 +1,108 @@
+"""Clean edges over time: each frame's one sample is blended into the frames before it, where motion leads back to."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from greensward.gpu.pixel_pass import PixelPass, Shell
+from greensward.gpu.view import View
+from greensward.passes.gbuffer import GBuffer
+
+Moment = tuple[View, float]
+"""From where and when a frame is seen."""
+
+_CUT_TURN_DEG, _CUT_MOVE_M, _CUT_ZOOM, _CUT_S = 30.0, 3.0, 1.5, 0.5
+
+
+def is_cut(before: Moment, now: Moment) -> bool:
+    """Whether two frames that follow each other do not show one motion.
+
+    They do not where the camera turned by more than 30°, moved by more than 3 m, or zoomed to more than one and a
+    half times or less than two thirds, or where time went backwards or on by more than half a second.
+    """
+    (view, time_s), (next_view, next_time_s) = before, now
+    turn = float(view.axis_ws[:3] @ next_view.axis_ws[:3])
+    move_m = float(np.linalg.norm(next_view.camera_ws - view.camera_ws))
+    zoom = next_view.pixel_m[0] / view.pixel_m[0]
+    return not (
+        turn >= np.cos(np.radians(_CUT_TURN_DEG))
+        and move_m <= _CUT_MOVE_M
+        and 1.0 / _CUT_ZOOM <= zoom <= _CUT_ZOOM
+        and 0.0 <= next_time_s - time_s <= _CUT_S
+    )
+
+
+class Temporal:
+    """The history of a moving picture. Reads the `View` and `Light` blocks that a frame bound."""
+
+    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], shell: Shell | None) -> None:
+        self._ctx = ctx
+        self._pass = PixelPass(ctx, "passes/temporal/temporal.glsl", ["f2"], shell=shell)
+        self._allocate(size)
+
+    def _allocate(self, size: tuple[int, int]) -> None:
+        # half floats: their steps are finer than those of the picture, also in the dark
+        self._history, self._target = (self._ctx.texture(size, 4, dtype="f2") for _ in range(2))
+        for texture in (self._history, self._target):
+            texture.repeat_x = texture.repeat_y = False
+        self._index = -1
+        self._holds: Moment | None = None
+
+    @property
+    def frames(self) -> int:
+        """Frames that the history holds, since it began or the last cut."""
+        return self._index + 1
+
+    def follow(self, before: Moment | None, now: Moment) -> int:
+        """Number of the frame that is to be drawn; 0 where the history does not lead to it.
+
+        Its motion counts from the moment `before`, so the history must be of that one, and no cut between.
+        """
+        leads = before is not None and before == self._holds and not is_cut(before, now)
+        self._index = self._index + 1 if leads else 0
+        self._holds = None  # until the frame is drawn
+        return self._index
+
+    def blend(self, latest: moderngl.Texture, gbuffer: GBuffer, now: Moment) -> moderngl.Texture:
+        """This frame, toned, blended into the history, which it becomes."""
+        gbuffer.bind()
+        latest.use(10)
+        self._history.use(11)
+        self._pass.run(self._target)
+        self._history, self._target = self._target, self._history
+        self._holds = now
+        return self._history
+
+    def saved(self) -> dict[str, npt.NDArray[Any]]:
+        """The history as arrays: colours and counts, (height, width, 4) float16, bottom row first."""
+        if self._holds is None:
+            return {}
+        width, height = self._history.size
+        history = np.frombuffer(self._history.read(), np.float16).reshape(height, width, 4)
+        return {"history": history, "history_frames": np.array(self.frames)}
+
+    def resume(self, saved: Mapping[str, npt.NDArray[Any]], moment: Moment) -> None:
+        """Continue from what `saved` returned of a moment, if it was of pictures of this size, or begin anew."""
+        history, frames = saved.get("history"), saved.get("history_frames")
+        width, height = self._history.size
+        self._index, self._holds = -1, None
+        if history is not None and frames is not None and history.shape == (height, width, 4):
+            self._history.write(np.ascontiguousarray(history, np.float16))
+            self._index, self._holds = int(frames) - 1, moment
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Blend pictures of another size from now on, without those before."""
+        self._free()
+        self._allocate(size)
+
+    def _free(self) -> None:
+        self._history.release()
+        self._target.release()
+
+    def release(self) -> None:
+        """Free the GPU resources."""
+        self._free()
+        self._pass.release()
