@@ -230,7 +230,8 @@ def _blades(count: int, seed: int) -> tuple[np.ndarray, ...]:
 
 def _call(ctx, view, body: str, output: str, blades, pixels: np.ndarray | None = None) -> np.ndarray:
     """A function of culling/tests.glsl for every blade, with a picture's depth."""
-    inputs = dict(zip(("v0", "v1", "v2"), blades, strict=True))
+    relative = [(points - view.origin_ws).astype(np.float32) for points in blades]
+    inputs = dict(zip(("v0", "v1", "v2"), relative, strict=True))
     made = None
     if pixels is not None:
         texture = ctx.texture(view.size_px, 1, pixels.tobytes(), dtype="f4", alignment=4)
@@ -344,6 +345,10 @@ class _Bits:
         blades[: len(keep), 11] = keep
         self.blades = ctx.buffer(blades.tobytes())
         self.postures = ctx.buffer(bytes(len(blades) * POSTURE_BYTES))
+
+    def bind(self) -> None:
+        self.blades.bind_to_storage_buffer(0)
+        self.postures.bind_to_storage_buffer(1)
 
     def release(self) -> None:
         self.blades.release()

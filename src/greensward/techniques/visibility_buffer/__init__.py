@@ -211,8 +211,10 @@ class VisibilityBuffer:
             "tallest_m": self._world.field.tallest_m,
         }
 
-    def drawn(self, view: View) -> int:  # noqa: ARG002
+    def drawn(self, view: View) -> int:
         """Blades that were drawn of the picture in the last frame."""
+        if not self._world.seen(view):
+            return 0
         self._ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
         return int(np.frombuffer(self._drawn.read(), np.uint32).sum())
 

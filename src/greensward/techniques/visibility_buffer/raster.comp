@@ -10,6 +10,7 @@ layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
 #ifndef SHADOW
 layout(std430, binding = 10) buffer Drawn { uint drawn[]; };  // blades, summed in 1,024 parts
 uniform uint firstName;
+uniform float near_m;
 #endif
 
 uniform int firstChunk;
@@ -58,9 +59,10 @@ void main() {
     if (!naming)
 #endif
     atomicAdd(drawn[gl_WorkGroupID.x & 1023u], 1u);
+    if (max(max(s.c0.w, s.c1.w), s.c2.w) + s.width < near_m) return;  // behind the viewer
 #endif
     if (isLarge(s)) {
-        large[atomicAdd(gathered[LARGE], 1u)] = index;
+        if (!outside(h.v0, h.v1, h.v2, wide)) large[atomicAdd(gathered[LARGE], 1u)] = index;
         return;
     }
     bool shown = false;
