@@ -10,7 +10,7 @@ from greensward.scene import Box, Camera, Grass, Gusts, HeightMapGround, NoiseGr
 from greensward.scene.grass import species_table
 from greensward.scene.load import dump, load, missing_files, named_files, presets
 
-SETTINGS = {"bezier-blades": Sky, "billboards": Camera}
+SETTINGS = {"visibility-buffer": Sky, "billboards": Camera}
 
 
 def problems(*args, **options):
@@ -119,7 +119,7 @@ def test_every_preset_loads_and_has_a_title(name):
         ("shadows.enabled = 1", "shadows.enabled: must be true or false (got 1)"),
         (
             "technique.name = 'bilboards'",
-            'bezier-blades, billboards (got "bilboards"); did you mean billboards?',
+            'visibility-buffer, billboards (got "bilboards"); did you mean billboards?',
         ),
         ("technique.name = 3", "technique.name: must be text in quotes (got 3)"),
         ("technique.haze = -1", "technique.haze: must be at least 0 (got -1)"),
@@ -280,8 +280,10 @@ def test_a_preset_takes_overrides_of_its_species_seed_and_technique():
 
 def test_another_technique_drops_the_settings_of_the_first(tmp_path):
     file = tmp_path / "a.toml"
-    file.write_text("technique = {name = 'bezier-blades', haze = 3.0}", encoding="utf-8")
-    assert load(file, technique="bezier-blades", technique_settings=SETTINGS).technique.model_extra == {"haze": 3.0}
+    file.write_text("technique = {name = 'visibility-buffer', haze = 3.0}", encoding="utf-8")
+    assert load(file, technique="visibility-buffer", technique_settings=SETTINGS).technique.model_extra == {
+        "haze": 3.0
+    }
     assert load(file, technique="billboards", technique_settings=SETTINGS).technique.model_extra == {}
 
 

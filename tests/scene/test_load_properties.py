@@ -67,7 +67,7 @@ WHOLE = tomllib.loads(
     position_m = [0, 1, 2]
     near_m = 0.1
     [technique]
-    name = "bezier-blades"
+    name = "visibility-buffer"
     haze = 1.0
     """
 )
@@ -93,7 +93,7 @@ def check(table):
         FILE.write_text(tomli_w.dumps(table), encoding="utf-8")
     except (ValueError, TypeError, UnicodeError):
         return
-    told(FILE, technique_settings={"bezier-blades": Sky})
+    told(FILE, technique_settings={"visibility-buffer": Sky})
 
 
 @settings(max_examples=400, deadline=None, suppress_health_check=list(HealthCheck))
