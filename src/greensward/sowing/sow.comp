@@ -59,7 +59,8 @@ bool grow(Tile tile, uint j, out Blade blade) {
     if (rank > keptShare(away) || away > sward.reach_m) return false;
     Sward s = swardAt(xz);
     vec3 normal = groundNormal(xz);
-    if (!sprouts(random, s.density * slopeShare(normal.y)) || s.height <= 0.0) return false;
+    float share = s.density * slopeShare(normal.y);
+    if (!sprouts(random, share) || s.height <= 0.0) return false;
 
     Spot spot;
     spot.root = root;
@@ -69,8 +70,10 @@ bool grow(Tile tile, uint j, out Blade blade) {
     spot.random = random;
     spot.clump = clump.random;
     spot.rank = rank;
+    spot.perM2 = share * sward.density_per_m2;
     spot.sward = s;
     spot.lowDetail = textureLod(densityMap, mapUv(xz), 0.0).g > 0.0;
+    spot.onObject = false;
     blade = grown(spot);
     return true;
 }

@@ -8,6 +8,7 @@ struct Look {
     vec4 tip;    // colour, roughness
     float tall;  // its height over the canopy's
     float far;   // 0 near to 1 where it stands for many
+    float share; // area drawn around it as a part of that of all blades
     vec3 wall;   // the normal of what it stands for
 };
 
@@ -22,7 +23,10 @@ vec3 leafNormal(vec3 trueSide, vec3 side, vec3 tangent, vec3 toEye, float u, vec
 
 // At v from root to tip; normal, id and motion are left to be filled in
 Surface leafSurface(Look look, float v) {
-    float height = clamp(look.tall * v, 0.0, 1.0);
+    // where less is drawn one sees deeper: what shows at a depth is shaded as what would have shown there of all
+    float keep = pow(look.share, 0.33);
+    float height = mix(1.0, clamp(look.tall * v, 0.0, 1.0), keep);
+    v = mix(1.0, v, keep);
     Surface s;
     s.baseColour = mix(look.root.rgb, look.tip.rgb, smoothstep(0.0, 0.85, v));
     // thin at the tip; dark where the sward closes over it, less so where one far blade stands for many
