@@ -3,6 +3,7 @@
 #include "shaders/surface.glsl"
 #include "block/Leaf"
 
+const float PW = 0.4, PT = 0.16;
 struct Look {
     vec4 root;   // colour, transmittance
     vec4 tip;    // colour, roughness
@@ -24,7 +25,7 @@ vec3 leafNormal(vec3 trueSide, vec3 side, vec3 tangent, vec3 toEye, float u, vec
 // At v from root to tip; normal, id and motion are left to be filled in
 Surface leafSurface(Look look, float v) {
     // where less is drawn one sees deeper: what shows at a depth is shaded as what would have shown there of all
-    float keep = pow(look.share, 0.33);
+    float keep = pow(look.share, PW);
     float height = mix(1.0, clamp(look.tall * v, 0.0, 1.0), keep);
     v = mix(1.0, v, keep);
     Surface s;

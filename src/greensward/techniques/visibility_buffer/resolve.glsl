@@ -34,7 +34,7 @@ bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
     vec2 edges = mix(edgesAt(s, v0, centre.w), edgesAt(s, v1, centre.w + step_.w), along);
     float across = clamp(place.y, edges.x, edges.y), u = (across - edges.x) / max(edges.y - edges.x, 1e-4);
 
-    vec3 tangent = bezierTangent(h.v0, h.v1, h.v2, v);
+    vec3 tangent = bezierTangent(h.v0, h.v1, h.v2, mix(1.0, v, pow(shareOfArea(b, h), PT)));
     vec3 offset = wide * across * s.side_ws;
 #ifdef FOLD
     offset += wide * shapeFold(s.shape, u, v) * cross(s.side_ws, normalize(tangent));
