@@ -2,7 +2,7 @@
 #include "culling/hull.glsl"
 #include "block/Leaf"
 
-const float CLOSED = 6.0;  // layers; one ray in 150 gets through
+const float CLOSED = 6.0;  // of blades; one ray in 400 gets through
 const float FADE = 0.15;  // of the cosine below `orientation_limit` over which a blade that is not turned loses its width
 
 vec3 chordOf(Hull h) { return normalize(h.v2 - h.v0); }

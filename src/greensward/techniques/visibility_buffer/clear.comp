@@ -14,8 +14,10 @@ uniform float farthest_m;
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
 #ifndef SHADOW
-    uint number = gl_WorkGroupID.x + gl_NumWorkGroups.x * gl_WorkGroupID.y;
-    if (gl_LocalInvocationIndex == 0u && number < 1024u) drawn[number] = 0u;
+    if (gl_LocalInvocationIndex == 0u) {
+        uint number = gl_WorkGroupID.x + gl_NumWorkGroups.x * gl_WorkGroupID.y;
+        for (; number < 1024u; number += gl_NumWorkGroups.x * gl_NumWorkGroups.y) drawn[number] = 0u;
+    }
 #endif
     if (any(greaterThanEqual(pixel, ivec2(view.size_px.xy)))) return;
 #ifdef SHADOW
