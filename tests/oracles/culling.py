@@ -41,7 +41,7 @@ def presence(rank: np.ndarray, distance: np.ndarray, full_m: float, reach_m: flo
 
 
 def area_there(distance: np.ndarray, full_m: float, reach_m: float, density: float) -> np.ndarray:
-    """Area of the blades that are there as a part of that of all, each as long as it is there and at first narrower."""
+    """Area of the blades that are there as a part of that of all; those growing in are shorter and at first narrower."""
     rank = (np.arange(20_000)[:, None] + 0.5) / 20_000
     here = presence(rank, distance, full_m, reach_m, density)
     return (here * np.minimum(1.0, 2.0 * here)).mean(axis=0)
@@ -50,6 +50,6 @@ def area_there(distance: np.ndarray, full_m: float, reach_m: float, density: flo
 def share_of_area(
     crowding: np.ndarray, slant: np.ndarray, width_m: np.ndarray, least: np.ndarray, closed: float = 6.0
 ) -> np.ndarray:
-    """Of the area of all blades, what closes the sward (Boolean model), and at least what those kept have unwidened."""
+    """Of the area of all blades, what closes the sward (Boolean model), but at least what those kept have."""
     across = 0.5 * width_m * np.hypot(0.9 * np.sqrt(1.0 - slant**2), 0.4 * slant)
     return np.clip(closed * slant / (crowding * across), least, 1.0)

@@ -19,7 +19,7 @@ VIEW_BLOCK = declare(
     ("previous_clip_from_world", "mat4"),
     ("eye_ws", "vec4"),  # perspective: xyz, 1. Parallel: the direction towards the viewer, 0
     ("axis_ws", "vec4"),  # unit view axis, and its offset: depth = dot(axis, p) + w
-    ("camera_ws", "vec4"),  # where the picture is taken from, also while a shadow map is drawn; its pixel's size at 1 m
+    ("camera_ws", "vec4"),  # where the picture is taken from, also while a shadow map is drawn; w: its pixel at 1 m
     ("size_px", "vec4"),  # width, height and their inverses
     ("corner_ray", "vec4"),  # rays one metre deep: through the middle of the picture,
     ("right_ray", "vec4"),  # and what half its width
