@@ -2,7 +2,6 @@
 #include "culling/hull.glsl"
 #include "block/Leaf"
 
-const float CLOSED = 6.0;  // of blades; one ray in 400 gets through
 const float FADE = 0.15;  // of the cosine below `orientation_limit` over which a blade that is not turned loses its width
 
 vec3 chordOf(Hull h) { return normalize(h.v2 - h.v0); }
@@ -26,22 +25,10 @@ vec3 groundUnder(Blade b) {
     return (b.look & 64u) != 0u ? up : normalize(vec3(2.86, 1.0, 2.86) * up);
 }
 
-// How many blades a ray from the camera passes here where all of them are there
-float layersAt(Blade b, Hull h) {
-    float slant = clamp(dot(view.camera_ws.xyz - h.v0, groundUnder(b)) / h.away, 1e-3, 1.0);
-    float width = max(sward.blade_m.y, leaf.min_width_px * view.camera_ws.w * h.away);
-    // of length times width an outline fills two thirds, and three quarters of that are turned to the viewer; as blades
-    // lean, something shows from above
-    float across = 0.5 * width * length(vec2(0.9 * sqrt(1.0 - slant * slant), 0.4 * slant));
-    return bladeCrowding(b) * sward.grown * across / slant;
-}
-
-// Area that is drawn, as a part of that of all blades. Blades that lie at random hide all but exp(-layers) of what is behind
-// them, however large each is (the Boolean model: Chiu, Stoyan, Kendall & Mecke 2013, "Stochastic Geometry and its
-// Applications", section 3.1). So cover stays where area does, and those kept are as much wider as there are fewer; but where
-// the sward is closed many times over, only as wide as closes it.
 float shareOfArea(Blade b, Hull h) {
-    return clamp(CLOSED / layersAt(b, h), min(areaThere(h.away, 1.0), 1.0), 1.0);
+    float least = leaf.min_width_px * view.camera_ws.w * h.away;
+    float layers = layersOf(bladeCrowding(b), dot(view.camera_ws.xyz - h.v0, groundUnder(b)) / h.away, least);
+    return min(shareAsked(layers, h.away), shareAtMost(h.away, least));
 }
 
 float widthOf(Blade b, Hull h) {

@@ -1,5 +1,5 @@
 // Colour and normal of the ground where it is seen: soil, maps, and the sward where blades end.
-#include "sowing/sward.glsl"
+#include "culling/presence.glsl"
 #include "shaders/gbuffer.glsl"
 
 layout(binding = 1) uniform sampler2D soil;
@@ -52,12 +52,16 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 bare = mix(soilHere, map.rgb, map.a);
     bare *= 1.0 + 0.25 * driftAt(xz * 1.7, 5003u);
 
-    // Where blades end, the ground takes on what they would have shown.
+    // The ground takes on what blades would have shown where they end, or are too few.
+    float crowding = sward.density_per_m2 * sward.blade_m.x * s.density * slopeShare(normal.y) * s.height;
+    float least = view.camera_ws.w * away;
+    float layers = layersOf(crowding, dot(view.camera_ws.xyz - position_ws, normal) / away, least);
+    float thinned = 1.0 - exp(-layers * max(shareAsked(layers, away) - shareAtMost(away, least), 0.0));
     float beyond = smoothstep(0.8, 1.0, away / sward.reach_m);
     // from afar turf ends in tufts: between turf and soil there is no half-way to light
     float edge = max(0.22 + 0.16 * simplex(xz * 0.21, 911u) + 0.1 * simplex(xz * 0.9, 913u), 0.07);
-    float covered = mix(grown, smoothstep(edge - 0.06, edge + 0.06, grown), beyond);
-    float turf = covered * max(0.25, beyond) * sward.grown;
+    float covered = mix(grown, smoothstep(edge - 0.06, edge + 0.06, grown), max(thinned, beyond));
+    float turf = covered * clamp(max(0.25 + 0.75 * thinned, beyond), 0.0, 1.0) * sward.grown;
     // tufts, as far as a pixel still tells them apart
     float footprint = length(up);
     float mottled = 1.0;
@@ -69,9 +73,9 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     // seen from afar the ground is a wall of blades, each turned to the viewer as much as up
     vec3 toViewer = normalize(view.eye_ws.xyz - position_ws);
     vec3 wall = normalize(0.8 * normalize(toViewer - normal * dot(toViewer, normal)) + 0.75 * normal);
-    vec3 shading = normalize(mix(normal, wall, turf * turf * beyond));
+    vec3 shading = normalize(mix(normal, wall, turf * turf * max(thinned, beyond)));
     // under a sward little light arrives; from afar the ground stands for its tips
-    float open = mix(1.0, mix(0.3, 0.85, beyond), grown * sward.grown);
+    float open = mix(1.0, mix(0.3, 0.85, max(thinned * thinned, beyond)), grown * sward.grown);
     vec3 hue = 1.0 + 0.16 * driftAt(xz * 0.31, 6007u) * vec3(1.0, 0.1, -0.6);
     result[0] = packColour(mix(bare, grass.rgb * mottled * hue, turf), sqrt(turf) * grass.w * 0.85);
     result[1] = packNormal(shading, open, 0.95);
