@@ -14,9 +14,9 @@ from shader_calls import shader_call
 from small_scenes import GRASS, small_scene
 
 _SIZE = 320, 180
-_EDGES_M = 5, 8, 12, 18, 26
-_CAMERAS = {"standing": (1.7, 10.0), "looking down": (4.5, 9.0)}
-"""Height, and how far away it looks at the ground."""
+_CAMERAS = {"standing": (1.7, 10.0, (5, 8, 12, 18, 26)), "looking down": (4.5, 9.0, (5, 8, 12, 18))}
+"""Height, how far away it looks at the ground, and edges of bands, metres. Further down there, blades that stand for
+all would be broader than grass is (`BROADEST` of culling/presence.glsl)."""
 _FULL_M = 6.0
 _NOISE = (
     0.002,
@@ -26,7 +26,7 @@ _HALF_WIDTH_M, _LENGTH_M = 4.5, 30.0
 
 
 def _scene(camera: str, seed: int, full_density_m: float):
-    height, ahead = _CAMERAS[camera]
+    height, ahead, _ = _CAMERAS[camera]
     return small_scene(
         seed=seed,
         ground={"kind": "flat", "size_m": [2 * _HALF_WIDTH_M, _LENGTH_M], "beyond": "bare"},
@@ -42,7 +42,7 @@ def _scene(camera: str, seed: int, full_density_m: float):
     )
 
 
-def _bands(renderer) -> list[np.ndarray]:
+def _bands(renderer, camera: str) -> list[np.ndarray]:
     """Pixels whose ray meets the ground of the strip in each range of distances."""
     view_from_world, clip_from_view = renderer.camera_matrices()
     (width, height), eye = renderer.size, np.linalg.inv(view_from_world)[:3, 3]
@@ -52,14 +52,15 @@ def _bands(renderer) -> list[np.ndarray]:
     along = -eye[1] / np.minimum(rays[..., 1], -1e-9)
     at = eye + along[..., None] * rays
     distance = np.where(np.abs(at[..., 0]) < _HALF_WIDTH_M - 1, np.linalg.norm(at - eye, axis=-1), np.inf)
-    masks = [(distance >= low) & (distance < high) for low, high in pairwise(_EDGES_M)]
-    return [mask for mask in masks if mask.sum() >= 300]
+    masks = [(distance >= low) & (distance < high) for low, high in pairwise(_CAMERAS[camera][2])]
+    assert min(mask.sum() for mask in masks) >= 300
+    return masks
 
 
-def _seen(renderer, scene) -> np.ndarray:
+def _seen(renderer, camera: str, scene) -> np.ndarray:
     """Cover and linear luminance by band: (bands, 2), of four pictures side by side."""
     drawn = renderer(scene, size=_SIZE, samples=4)
-    bands, sums = _bands(drawn), []
+    bands, sums = _bands(drawn, camera), []
     _, y, z = scene.camera.position_m
     for x in (-0.3, -0.1, 0.1, 0.3):
         moved = {"position_m": (x, y, z), "target_m": (x, *scene.camera.target_m[1:])}
@@ -74,13 +75,12 @@ def _seen(renderer, scene) -> np.ndarray:
 def test_cover_and_colour_are_those_of_full_detail(renderer, camera):
     ratios = []
     for seed in (1, 2):
-        full, less = (_seen(renderer, _scene(camera, seed, metres)) for metres in (1000.0, _FULL_M))
+        full, less = (_seen(renderer, camera, _scene(camera, seed, metres)) for metres in (1000.0, _FULL_M))
         ratios.append(less / full)
-    assert len(full) == len(_EDGES_M) - 1
     ratio = np.mean(ratios, axis=0)
     assert (np.abs(ratio - 1) < 0.02 + np.array(_NOISE)).all(), ratio
     # no ring: what is off changes little from band to band
-    assert np.abs(np.diff(ratio[:, 0])).max() < 0.01, ratio
+    assert np.abs(np.diff(ratio[:, 0])).max() < 0.015, ratio
 
 
 def test_the_visibility_buffer_flickers_less_than_bezier_blades(renderer):
@@ -93,7 +93,7 @@ def test_the_visibility_buffer_flickers_less_than_bezier_blades(renderer):
             moved = {"position_m": (x, *scene.camera.position_m[1:]), "target_m": (x, *scene.camera.target_m[1:])}
             frames.append(drawn.render(camera=scene.camera.model_copy(update=moved)).image.astype(int))
         change = np.abs(np.diff(frames, axis=0)).mean(axis=(0, 3))
-        steps[name] = np.array([change[band].mean() for band in _bands(drawn)])
+        steps[name] = np.array([change[band].mean() for band in _bands(drawn, "standing")])
     assert (steps["visibility-buffer"] < steps["bezier-blades"]).all(), steps
 
 
@@ -130,7 +130,8 @@ def test_area_that_is_drawn_follows_the_oracle(ctx, height_m):
     away = np.hypot(beside, height_m)
     there = culling.area_there(away, _FULL_M, 300.0, 1.0)
     width = np.maximum(0.005, 0.002 * away)
-    share = culling.share_of_area(256.0, height_m / away, width, there)
+    layers = culling.layers(256.0, height_m / away, width)
+    share = culling.share_of_area(layers, there, width, 0.002 * away, 0.4)
     got = _drawn(ctx, beside, np.zeros(300), height_m)
     assert np.abs(got["share"] / share - 1).max() < 2e-3
     assert np.abs(got["width"] / (width * share / there) - 1).max() < 3e-3
