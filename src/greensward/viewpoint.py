@@ -44,6 +44,7 @@ def camera_view(camera: Camera, heights: HeightField, size_px: tuple[int, int]) 
         camera_ws=position,
         size_px=size_px,
         pixel_m=(2.0 * half_height / size_px[1], 0.0),
+        camera_pixel_m=2.0 * half_height / size_px[1],
         rays_ws=np.array([axis, half_width * view_from_world[0, :3], half_height * view_from_world[1, :3]]),
     )
 

@@ -16,7 +16,7 @@ def _presence(
 ) -> np.ndarray:
     body = (
         "Blade b; b.chance = packUnorm2x16(vec2(sqrt(rank), 0.0));"
-        f" float widening; float here = presence(b, d, widening); result = {name};"
+        f" float here = presence(b, d), area = areaThere(d, view.density); result = {name};"
     )
     return shader_call(
         ctx,
@@ -61,10 +61,12 @@ def test_blades_shrink_steadily_with_distance(ctx):
     assert np.abs(np.diff(here[:20], axis=1)).max() < 0.25, "one step of ten centimetres makes it pop"
 
 
-def test_blades_that_stay_widen_as_the_others_go(ctx):
-    rank, distance = _grid()
-    widening = _presence(ctx, rank, distance, name="widening")
-    assert np.allclose(widening, np.maximum(distance / _FULL, 1.0), rtol=1e-4)
+@pytest.mark.parametrize("density", [1.0, 0.3])
+def test_area_that_is_there_is_that_of_all_blades_by_their_presence(ctx, density):
+    distance = np.linspace(0.1, 0.8 * _REACH, 300)
+    area = _presence(ctx, np.zeros(300), distance, density, "area")
+    assert np.abs(area / culling.area_there(distance, _FULL, _REACH, density) - 1).max() < 1e-3
+    assert np.allclose(area[distance < 0.85 * _FULL], density)
 
 
 def test_a_view_without_blades_has_none(ctx):
@@ -84,6 +86,6 @@ def test_against_the_oracle(ctx, density):
 def test_all_distances_are_alike_without_the_test(ctx, density):
     rank, distance = _grid()
     every = '#define ALL_DISTANCES 1\n#include "culling/presence.glsl"'
-    here, widening = (_presence(ctx, rank, distance, density, name, every) for name in ("here", "widening"))
+    here, area = (_presence(ctx, rank, distance, density, name, every) for name in ("here", "area"))
     assert (here == ((rank <= density) & (distance < _REACH))).all()
-    assert np.allclose(widening, density**-0.5)
+    assert np.allclose(area, density)

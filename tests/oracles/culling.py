@@ -38,3 +38,24 @@ def presence(rank: np.ndarray, distance: np.ndarray, full_m: float, reach_m: flo
     t = np.clip((distance / reach_m - 0.82) / 0.18, 0.0, 1.0)
     there = (1.0 - t * t * (3.0 - 2.0 * t)) * np.clip((risen - rank) / (0.2 * risen), 0.0, 1.0)
     return np.where(rank > density, 0.0, there)
+
+
+def area_there(distance: np.ndarray, full_m: float, reach_m: float, density: float) -> np.ndarray:
+    """Area of the blades that are there as a part of that of all; those growing in are shorter, at first narrower."""
+    rank = (np.arange(20_000)[:, None] + 0.5) / 20_000
+    here = presence(rank, distance, full_m, reach_m, density)
+    return (here * np.minimum(1.0, 2.0 * here)).mean(axis=0)
+
+
+def layers(crowding: float, slant: np.ndarray, width_m: np.ndarray) -> np.ndarray:
+    """Blades that a ray passes where all are there: metres of blade on a square metre, of this mean width."""
+    return crowding * 0.5 * width_m * np.hypot(0.9 * np.sqrt(1.0 - slant**2), 0.4 * slant) / slant
+
+
+def share_of_area(
+    layers: np.ndarray, there: np.ndarray, width_m: np.ndarray, least_m: np.ndarray, length_m: float
+) -> np.ndarray:
+    """Of the area of all blades, what closes the sward six times, but at least what those kept have
+    unwidened; none is broader than 0.3 of its length or 3 times the least."""
+    asked = np.clip(6.0 / layers, there, 1.0)
+    return np.minimum(asked, there * np.maximum(1.0, np.maximum(0.3 * length_m, 3.0 * least_m) / width_m))

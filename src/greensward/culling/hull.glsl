@@ -9,7 +9,6 @@ struct Hull {
     vec3 middle;      // of the curve
     float away;       // from the camera, metres
     float here;       // presence, above 0
-    float widening;   // what it makes up for those left out
     float pixel;      // size of a pixel at the middle, metres
 };
 
@@ -18,7 +17,7 @@ bool hullOf(uint index, out Blade b, out Hull h) {
     if (!fetchBlade(index, b)) return false;
     h.v0 = bladeRoot(b) - view.origin_ws.xyz;
     h.away = distance(bladeRoot(b), view.camera_ws.xyz);
-    h.here = presence(b, h.away, h.widening);
+    h.here = presence(b, h.away);
     if (h.here <= 0.0) return false;
     postureNow(index, b, h.v0, h.v1, h.v2);
     h.v1 = mix(h.v0, h.v1, h.here);

@@ -3,20 +3,64 @@
 #include "sowing/sward.glsl"
 #include "block/View"
 
+const float GROWING = 0.2;   // of those kept
+const float CLOSED = 6.0;    // blades that a ray passes where next to none gets through: one in 400
+const float BROADEST = 0.3;  // of its length, as wide as a blade may become for others, or else
+const float BROADEST_PX = 3.0;
+
+// Blades kept at this distance, as a part of all; goes on rising above 1 towards the camera, or the last ones would never be
+// full-grown there
+float risenAt(float distance_m, float density) {
+    float ratio = sward.full_density_m / max(distance_m, 1e-3);
+    return ratio * ratio * density;
+}
+
+// Integral of h * min(1, 2 h), the area of a blade that is there by h, which is as much shorter and at first narrower
+float grownArea(float here) { return here < 0.5 ? here * here * here / 1.5 : 0.5 * here * here - 1.0 / 24.0; }
+
+// Area of the blades that are there at this distance, as a part of that of all of them: the integral over their ranks
+float areaThere(float distance_m, float density) {
+#ifdef ALL_DISTANCES
+    return density;
+#else
+    float risen = risenAt(distance_m, density), last = clamp((risen - density) / (GROWING * risen), 0.0, 1.0);
+    return min((1.0 - GROWING) * risen, density) + GROWING * risen * (grownArea(1.0) - grownArea(last));
+#endif
+}
+
+// How many blades a ray from the camera would pass if all were there. `crowding` is in metres of blade on a square metre,
+// `slant` the sine of the angle at which the camera looks down on it, `least_m` the width that all have at least.
+float layersOf(float crowding, float slant, float least_m) {
+    slant = clamp(slant, 1e-3, 1.0);
+    // of length times width an outline fills two thirds, and three quarters of that are turned to the viewer; as blades
+    // lean, something shows from above
+    float across = 0.5 * max(sward.blade_m.y, least_m) * length(vec2(0.9 * sqrt(1.0 - slant * slant), 0.4 * slant));
+    return max(crowding * sward.grown * across / slant, 1e-6);
+}
+
+// Area to be drawn, as a part of that of all blades. Blades that lie at random hide all but exp(-layers) of what is behind
+// them, however large each is (the Boolean model: Chiu, Stoyan, Kendall & Mecke 2013, "Stochastic Geometry and its
+// Applications", section 3.1). So cover stays where area does, and those kept are as much wider as there are fewer; but where
+// a ray would pass many more than close the sward, only as wide as closes it.
+float shareAsked(float layers, float distance_m) {
+    return clamp(CLOSED / layers, min(areaThere(distance_m, 1.0), 1.0), 1.0);
+}
+
+// Where too few are kept for that, they would be broader than grass is; the ground shows what is then left out.
+float shareAtMost(float distance_m, float least_m) {
+    float broadest = max(BROADEST * sward.blade_m.x, BROADEST_PX * least_m) / max(max(sward.blade_m.y, least_m), 1e-6);
+    return areaThere(distance_m, 1.0) * max(broadest, 1.0);
+}
+
 // 1 where the blade is fully there, less while it grows in, 0 where it is left out.
-// `widening` is what the blades that stay make up for those left out.
-float presence(Blade b, float distance_m, out float widening) {
+float presence(Blade b, float distance_m) {
     float rank = bladeRank(b);
 #ifdef ALL_DISTANCES
-    widening = inversesqrt(max(view.density, 1e-6));
     return rank > view.density || view.density <= 0.0 || distance_m >= sward.reach_m ? 0.0 : 1.0;
 #else
-    float kept = keptShare(distance_m) * view.density;
-    widening = inversesqrt(max(kept, 1e-6));
-    // unlike what is kept, this goes on rising towards the camera, or the last blades would never be full-grown
-    float ratio = sward.full_density_m / max(distance_m, 1e-3), risen = ratio * ratio * view.density;
+    float risen = risenAt(distance_m, view.density);
     if (rank > view.density || risen <= 0.0) return 0.0;
     float edge = 1.0 - smoothstep(0.82, 1.0, distance_m / sward.reach_m);
-    return edge * clamp((risen - rank) / (0.2 * risen), 0.0, 1.0);
+    return edge * clamp((risen - rank) / (GROWING * risen), 0.0, 1.0);
 #endif
 }

@@ -22,7 +22,7 @@ VIEW_BLOCK = declare(
     ("eye_rs", "vec4"),  # perspective: xyz, 1. Parallel: the direction towards the viewer, 0
     ("axis_rs", "vec4"),  # unit view axis, and its offset: depth = dot(axis, p) + w
     ("eye_ws", "vec4"),
-    ("camera_ws", "vec4"),  # where the picture is taken from, also while a shadow map is drawn; w is unused
+    ("camera_ws", "vec4"),  # where the picture is taken from, also while a shadow map is drawn; w: its pixel at 1 m
     ("size_px", "vec4"),  # width, height and their inverses
     ("corner_ray", "vec4"),  # rays one metre deep: through the middle of the picture,
     ("right_ray", "vec4"),  # and what half its width
@@ -44,6 +44,8 @@ class View:
     camera_ws: npt.NDArray[np.float64]
     size_px: tuple[int, int]
     pixel_m: tuple[float, float]
+    camera_pixel_m: float
+    """A pixel of the picture a metre from the camera."""
     density: float = 1.0
     rays_ws: Matrix = field(default_factory=lambda: np.zeros((3, 3)))
     """Rows: through the middle of a perspective picture, and what half its width and height add."""
@@ -96,7 +98,7 @@ def view_values(view: View, previous: View, offset_px: tuple[float, float] = (0.
         "eye_rs": (*(view.eye_ws[:3] - origin * view.eye_ws[3]), view.eye_ws[3]),
         "axis_rs": (*view.axis_ws[:3], view.axis_ws[:3] @ origin + view.axis_ws[3]),
         "eye_ws": view.eye_ws,
-        "camera_ws": (*view.camera_ws, 0.0),
+        "camera_ws": (*view.camera_ws, view.camera_pixel_m),
         "size_px": (width, height, 1.0 / width, 1.0 / height),
         "corner_ray": (*view.rays_ws[0], 0.0),
         "right_ray": (*view.rays_ws[1], 0.0),

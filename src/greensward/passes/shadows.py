@@ -70,6 +70,7 @@ class ShadowMaps:
             camera_ws=camera.camera_ws,
             size_px=(size, size),
             pixel_m=(0.0, texel),
+            camera_pixel_m=camera.camera_pixel_m,
             # blades smaller than a texel are left to the shading of the sward
             density=density if texel < 0.4 * self._world.field.canopy_m else 0.0,
         )

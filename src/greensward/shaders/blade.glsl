@@ -10,7 +10,7 @@ struct Blade {
     float width;           // metres
     uint up;               // octahedral, snorm 2 x 16
     float stiffness;       // 0 follows the wind, 1 hardly moves
-    uint look;             // species 0-3, head 4, low detail 5, dryness 8-15, tint 16-23
+    uint look;             // species 0-3, head 4, low detail 5, on an object 6, dryness 8-15, tint 16-23, crowding 24-31
     uint chance;           // square root of the rank within its tile 0-15, random 16-31
 };
 
@@ -24,6 +24,8 @@ vec3 bladeUp(Blade b) { return octahedralDecode(unpackSnorm2x16(b.up)); }
 int bladeSpecies(Blade b) { return int(b.look & 15u); }
 float bladeDryness(Blade b) { return unpackUnorm4x8(b.look).y; }
 float bladeTint(Blade b) { return unpackUnorm4x8(b.look).z; }
+// Metres of blade that grow on a square metre around it
+float bladeCrowding(Blade b) { return exp2(0.125 * float(b.look >> 24u) - 10.0); }
 float bladeRank(Blade b) { float root = unpackUnorm2x16(b.chance).x; return root * root; }
 float bladeRandom(Blade b) { return unpackUnorm2x16(b.chance).y; }
 

@@ -65,7 +65,8 @@ bool sprout(Seed seed, out Blade blade) {
     vec2 xz = seed.root.xz;
     Sward s = swardAt(xz);
     vec3 normal = groundNormal(xz);
-    if (!sprouts(seed.random, s.density * slopeShare(normal.y)) || s.height <= 0.0) return false;
+    float share = s.density * slopeShare(normal.y);
+    if (!sprouts(seed.random, share) || s.height <= 0.0) return false;
 
     Spot spot;
     spot.root = seed.root;
@@ -75,8 +76,10 @@ bool sprout(Seed seed, out Blade blade) {
     spot.random = seed.random;
     spot.clump = seed.clump;
     spot.rank = seed.rank;
+    spot.perM2 = share * sward.density_per_m2;
     spot.sward = s;
     spot.lowDetail = textureLod(densityMap, mapUv(xz), 0.0).g > 0.0;
+    spot.onObject = false;
     blade = grown(spot);
     return true;
 }

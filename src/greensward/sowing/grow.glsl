@@ -9,8 +9,9 @@ struct Spot {
     uvec3 random;     // the blade's own
     uvec3 clump;      // its clump's
     float rank;
+    float perM2;      // blades that grow on a square metre here
     Sward sward;
-    bool lowDetail;
+    bool lowDetail, onObject;
 };
 
 uvec3 ownChances(uvec3 random) { return hash3(random ^ 0xa511e9b3u); }  // that it grows, its species, its stiffness
@@ -71,7 +72,8 @@ Blade grown(Spot spot) {
     blade.up = packSnorm2x16(octahedralEncode(up));
     blade.stiffness = range(posture.xy, unit(own.z));
     blade.look = uint(kind) | (head ? 16u : 0u) | (spot.lowDetail ? 32u : 0u)
-        | uint(dry * 255.0 + 0.5) << 8u | uint(tint * 255.0 + 0.5) << 16u;
+        | (spot.onObject ? 64u : 0u) | uint(dry * 255.0 + 0.5) << 8u | uint(tint * 255.0 + 0.5) << 16u
+        | uint(clamp(8.0 * log2(max(spot.perM2 * sward.blade_m.x * s.height, 1e-9)) + 80.5, 0.0, 255.0)) << 24u;
     blade.chance = packUnorm2x16(vec2(sqrt(spot.rank), unit(hash3(last).y)));
     return blade;
 }

@@ -28,6 +28,7 @@ SWARD_BLOCK = declare(
     ("full_density_m", "float"),
     ("reach_m", "float"),
     ("canopy_m", "float"),
+    ("blade_m", "vec2"),  # mean length and width of a blade
     ("leaf_m", "float"),
     ("grown", "float"),  # cover so far, as a part of the full-grown field's
 )
@@ -61,7 +62,8 @@ def sward_values(scene: Scene) -> dict[str, object]:
     for i, grass in enumerate(scene.grass):
         table[i * ROWS : (i + 1) * ROWS] = _rows(grass)
     shares = np.array([grass.share for grass in scene.grass] or [0.0])
-    heights = np.array([sum(grass.height_m) / 2.0 for grass in scene.grass] or [0.0])
+    sizes = np.array([(sum(grass.height_m) / 2.0, sum(grass.width_m) / 2.0) for grass in scene.grass] or [(0.0, 0.0)])
+    mean = shares @ sizes / max(shares.sum(), 1e-9)
     return {
         "species": table,
         "count": len(scene.grass) if shares.sum() > 0 else 0,
@@ -74,7 +76,8 @@ def sward_values(scene: Scene) -> dict[str, object]:
         "drift": sowing.drift,
         "full_density_m": sowing.full_density_m,
         "reach_m": sowing.reach_m,
-        "canopy_m": float((shares * heights).sum() / max(shares.sum(), 1e-9)) * 0.8,
+        "canopy_m": 0.8 * float(mean[0]),
+        "blade_m": mean,
         "leaf_m": leaf_edge_m(sowing.density_per_m2),
         "grown": cover_at(scene.growth, 0.0),
     }

@@ -13,6 +13,7 @@ layout(std430, binding = 6) readonly buffer Triangles { Triangle triangles[]; };
 layout(binding = 5) uniform sampler2D furMap;
 
 uniform uint salt;  // differs from object to object
+uniform float densityPerM2;
 
 // The first triangle of the tile that ends beyond this part of its area
 uint triangleAt(Tile tile, float part) {
@@ -64,11 +65,13 @@ bool grow(Tile tile, uint j, out Blade blade) {
     spot.at = spot.root + 1000.0 * unit(hash3(uvec3(salt, sward.seed, 0x68bc21ebu)));
     spot.facing = spot.up;
     spot.sward = swardOn(spot.at, spot.facing);
-    if (!sprouts(random, density * spot.sward.density) || spot.sward.height <= 0.0) return false;
+    density *= spot.sward.density;
+    if (!sprouts(random, density) || spot.sward.height <= 0.0) return false;
     spot.random = random;
     spot.clump = clumpIn(spot.at);
     spot.rank = (float(j) + 0.5) / float(tile.candidates);
-    spot.lowDetail = true;
+    spot.perM2 = density * densityPerM2;
+    spot.lowDetail = spot.onObject = true;
     blade = grown(spot);
     return true;
 }

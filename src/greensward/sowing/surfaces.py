@@ -105,7 +105,7 @@ def sow_surface(
             here,
             (low, high),
             np.ones(len(here)),
-            {"salt": surface.thing | run << 10},
+            {"salt": surface.thing | run << 10, "densityPerM2": surface.density_per_m2},
             pages[-1].first_id + pages[-1].count if pages else first_id,
             surface.thing,
             carried=True,

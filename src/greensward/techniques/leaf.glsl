@@ -19,13 +19,28 @@ vec3 toViewerFrom(vec3 point) { return normalize(view.eye_rs.xyz - point * view.
 // reaches exactly 0 there, so that leaving out the blade changes nothing.
 float shareOfWidth(float alignment, float limit) { return 1.0 - smoothstep(limit - FADE, limit, alignment); }
 
+// The up of what it grows on. On the ground a blade's own is turned from the vertical towards that by about a third.
+vec3 groundUnder(Blade b) {
+    vec3 up = bladeUp(b);
+    return (b.look & 64u) != 0u ? up : normalize(vec3(2.86, 1.0, 2.86) * up);
+}
+
+float shareOfArea(Blade b, Hull h) {
+    float least = leaf.min_width_px * view.camera_ws.w * h.away;
+    float layers = layersOf(bladeCrowding(b), dot(view.camera_ws.xyz - bladeRoot(b), groundUnder(b)) / h.away, least);
+    return min(shareAsked(layers, h.away), shareAtMost(h.away, least));
+}
+
 float widthOf(Blade b, Hull h) {
-    float natural = b.width * h.widening, least = leaf.min_width_px * h.pixel;
+    float least = leaf.min_width_px * h.pixel, widening = shareOfArea(b, h) / max(areaThere(h.away, view.density), 1e-6);
 #ifdef SHADOW
+    float natural = b.width * widening;
     // a texel wide at least, but then fewer, or the shade of thin blades would grow
     if (bladeRandom(b) * least > natural) return -1.0;
-#endif
     float wide = max(natural, least) * min(1.0, 2.0 * h.here);
+#else
+    float wide = max(b.width, least) * widening * min(1.0, 2.0 * h.here);
+#endif
     if (leaf.orientation_limit > 1.0) return wide;
     float alignment = abs(dot(toViewerFrom(h.middle), acrossOf(b, chordOf(h))));
     return wide * shareOfWidth(alignment, leaf.orientation_limit);

@@ -3,11 +3,20 @@
 #include "shaders/surface.glsl"
 #include "block/Leaf"
 
+// Where less is drawn one sees deeper, past as many blades; what shows there is shaded as what would have shown of all. If
+// the area above a place grew as the cube of how far that is below the tips, all of them would show it closer to the tips by
+// the cube root of the share that is drawn; fitted with scripts/measure_detail it is a little less. The tallest bend the
+// least: their normals differ less.
+const float HIGHER = 0.28, TURNED = 0.14;
+
+float higher(float at, float share, float power) { return mix(1.0, at, pow(share, power)); }
+
 struct Look {
     vec4 root;   // colour, transmittance
     vec4 tip;    // colour, roughness
     float tall;  // its height over the canopy's
     float far;   // 0 near to 1 where it stands for many
+    float share; // of all area, that is drawn around it
     vec3 wall;   // the normal of what it stands for
 };
 
@@ -22,7 +31,8 @@ vec3 leafNormal(vec3 trueSide, vec3 side, vec3 tangent, vec3 toEye, float u, vec
 
 // At v from root to tip; normal, id and motion are left to be filled in
 Surface leafSurface(Look look, float v) {
-    float height = clamp(look.tall * v, 0.0, 1.0);
+    float height = higher(clamp(look.tall * v, 0.0, 1.0), look.share, HIGHER);
+    v = higher(v, look.share, HIGHER);
     Surface s;
     s.baseColour = mix(look.root.rgb, look.tip.rgb, smoothstep(0.0, 0.85, v));
     // thin at the tip; dark where the sward closes over it, less so where one far blade stands for many

@@ -35,8 +35,8 @@ void main() {
     uint index = heads[chunks[firstChunk + gl_InstanceID].x];
     Blade b = blades[index];
     vec3 root = bladeRoot(b) - view.origin_ws.xyz;
-    float away = distance(bladeRoot(b), view.camera_ws.xyz), widening;
-    float here = presence(b, away, widening);
+    float away = distance(bladeRoot(b), view.camera_ws.xyz);
+    float here = presence(b, away);
     int kindOfGrass = bladeSpecies(b);
     float kind = species(kindOfGrass, MIX).w;
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
@@ -58,7 +58,7 @@ void main() {
     float pixel = view.pixel_m.x * max(depth, 0.02) + view.pixel_m.y;
     float thick = flower ? 1.2 : 0.6, breadth = flower ? 1.0 : 0.4;
     // few heads stand for many far away, but a flower must not grow into a cabbage
-    float grown = min(sqrt(widening), flower ? 1.8 : 1.0);
+    float grown = min(pow(max(keptShare(away) * view.density, 1e-6), -0.25), flower ? 1.8 : 1.0);
     size = max(size * grown, (flower ? 1.1 : 0.7) * pixel / thick) * here * ripe;
 
     int level = max(finestLevel, breadth * size > levelPx.x * pixel ? 0 : breadth * size > levelPx.y * pixel ? 1 : 2);

@@ -1,5 +1,5 @@
 // Colour and normal of the ground where it is seen: soil, maps, and the sward where blades end.
-#include "sowing/sward.glsl"
+#include "culling/presence.glsl"
 #include "shaders/gbuffer.glsl"
 
 layout(binding = 1) uniform sampler2D soil;
@@ -52,8 +52,11 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 bare = mix(soilHere, map.rgb, map.a);
     bare *= 1.0 + 0.25 * driftAt(xz * 1.7, 5003u);
 
-    // Blades thin out with distance; the ground takes on what they would have shown.
-    float thinned = 1.0 - keptShare(away);
+    // The ground takes on what blades would have shown where they end, or are too few.
+    float crowding = sward.density_per_m2 * sward.blade_m.x * s.density * slopeShare(normal.y) * s.height;
+    float least = view.camera_ws.w * away;
+    float layers = layersOf(crowding, dot(view.camera_ws.xyz - position_ws, normal) / away, least);
+    float thinned = 1.0 - exp(-layers * max(shareAsked(layers, away) - shareAtMost(away, least), 0.0));
     float beyond = smoothstep(0.8, 1.0, away / sward.reach_m);
     // from afar turf ends in tufts: between turf and soil there is no half-way to light
     float edge = max(0.22 + 0.16 * simplex(xz * 0.21, 911u) + 0.1 * simplex(xz * 0.9, 913u), 0.07);

@@ -44,7 +44,9 @@ void main() {
 
     vec3 toEye = view.eye_rs.xyz - position_rs * view.eye_rs.w;
     vec3 wall = octahedralDecode(unpackSnorm2x16(r.wall)), trueSide = octahedralDecode(unpackSnorm2x16(r.trueSide));
-    normalAndHeight = vec4(leafNormal(trueSide, side, tangent, toEye, u, wall, unpackUnorm4x8(r.look).y), v);
+    vec4 look = unpackUnorm4x8(r.look);
+    tangent = normalize(bezierTangent(root, control, tip, higher(v, look.z, TURNED)));
+    normalAndHeight = vec4(leafNormal(trueSide, side, tangent, toEye, u, wall, look.y), v);
     shown = record;
 #endif
 }

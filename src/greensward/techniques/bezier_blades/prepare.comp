@@ -26,7 +26,7 @@ bool prepare(uint index, out Record r) {
     r.trueSide = packSnorm2x16(octahedralEncode(across));
     r.rootColour = packUnorm4x8(vec4(sqrt(look.root.rgb), look.root.w));
     r.tipColour = packUnorm4x8(vec4(sqrt(look.tip.rgb), look.tip.w));
-    r.look = packUnorm4x8(vec4(look.tall / 4.0, look.far, 0.0, 0.0));
+    r.look = packUnorm4x8(vec4(look.tall / 4.0, look.far, look.share, 0.0));
     r.wall = packSnorm2x16(octahedralEncode(look.wall));
 #endif
 

@@ -10,7 +10,7 @@ struct Record {
     uint trueSide;        // octahedral, for the shading normal
     uint rootColour;      // square root of the colour; transmittance
     uint tipColour;       // square root of the colour; roughness
-    uint look;            // height over four times the canopy's, 0 near to 1 far
+    uint look;            // height over four times the canopy's, 0 near to 1 far; share of the area drawn
     uint wall;            // octahedral, the shading normal of far blades
     uint blade;           // index within its page
     uint levelAndShape;   // segments, 0 where nothing is drawn; shape

@@ -33,6 +33,8 @@ bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
     float along = clamp(place.x, 0.0, 1.0), v = mix(v0, v1, along);
     vec2 edges = mix(edgesAt(s, v0, centre.w), edgesAt(s, v1, centre.w + step_.w), along);
     float across = clamp(place.y, edges.x, edges.y), u = (across - edges.x) / max(edges.y - edges.x, 1e-4);
+    // a pixel as wide as the blade sees its mean normal
+    u = mix(0.5, u, clamp(0.5 * wide * (edges.y - edges.x) / h.pixel - 0.5, 0.0, 1.0));
 
     vec3 tangent = bezierTangent(h.v0, h.v1, h.v2, v);
     vec3 offset = wide * across * s.side_ws;
@@ -49,6 +51,7 @@ bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
     vec3 toEye = view.eye_rs.xyz - position_rs * view.eye_rs.w;
     Look look = lookOf(b, h, onGround);
     surface = leafSurface(look, v);
+    tangent = bezierTangent(h.v0, h.v1, h.v2, higher(v, look.share, TURNED));
     surface.normal_ws = leafNormal(acrossOf(b, chordOf(h)), s.side_ws, normalize(tangent), toEye, u, look.wall, look.far);
     surface.bladeId = name >> 5u;
     surface.previousClip = view.previous_clip_from_relative * (previousFromNow * vec4(before, 1.0));

@@ -1,0 +1,146 @@
+"""Level of detail conserves what full detail shows: cover and colour by distance, without ring, pop or sparkle."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from greensward.gpu.view import VIEW_BLOCK
+from greensward.sowing.species import SWARD_BLOCK
+from greensward.techniques.leaf import LEAF_BLOCK
+from greensward.truth import CLASSES
+from oracles import culling
+from shader_calls import shader_call
+from small_scenes import GRASS, small_scene
+
+_SIZE = 320, 180
+_CAMERAS = {"standing": (1.7, 10.0, (5, 8, 12, 18, 26)), "looking down": (4.5, 9.0, (5, 8, 12, 18))}
+"""Height, how far away it looks at the ground, and edges of bands, metres. Further down there, blades that stand for
+all would be broader than grass is (`BROADEST` of culling/presence.glsl)."""
+_FULL_M = 6.0
+_NOISE = (
+    0.002,
+    0.015,
+)  # of cover and colour: the largest half-difference of two seeds' ratios that was seen in any band
+_HALF_WIDTH_M, _LENGTH_M = 4.5, 30.0
+
+
+def _scene(camera: str, seed: int, full_density_m: float):
+    height, ahead, _ = _CAMERAS[camera]
+    return small_scene(
+        seed=seed,
+        ground={"kind": "flat", "size_m": [2 * _HALF_WIDTH_M, _LENGTH_M], "beyond": "bare"},
+        grass=[{**GRASS, "width_m": [0.006, 0.009]}],
+        sowing={"density_per_m2": 300.0, "full_density_m": full_density_m, "reach_m": 100.0},
+        shadows={"enabled": False},
+        camera={
+            "position_m": [0.0, height, _LENGTH_M / 2],
+            "target_m": [0.0, 0.0, _LENGTH_M / 2 - ahead],
+            "fov_y_deg": 40.0,
+        },
+        technique={"name": "visibility-buffer", "min_width_px": 0.5},
+    )
+
+
+def _bands(renderer, camera: str) -> list[np.ndarray]:
+    """Pixels whose ray meets the ground of the strip in each range of distances."""
+    view_from_world, clip_from_view = renderer.camera_matrices()
+    (width, height), eye = renderer.size, np.linalg.inv(view_from_world)[:3, 3]
+    x = (2 * (np.arange(width) + 0.5) / width - 1)[None, :] / clip_from_view[0, 0]
+    y = (1 - 2 * (np.arange(height) + 0.5) / height)[:, None] / clip_from_view[1, 1]
+    rays = np.stack(np.broadcast_arrays(x, y, -1.0), -1) @ view_from_world[:3, :3]
+    along = -eye[1] / np.minimum(rays[..., 1], -1e-9)
+    at = eye + along[..., None] * rays
+    distance = np.where(np.abs(at[..., 0]) < _HALF_WIDTH_M - 1, np.linalg.norm(at - eye, axis=-1), np.inf)
+    masks = [(distance >= low) & (distance < high) for low, high in pairwise(_CAMERAS[camera][2])]
+    assert min(mask.sum() for mask in masks) >= 300
+    return masks
+
+
+def _seen(renderer, camera: str, scene) -> np.ndarray:
+    """Cover and linear luminance by band: (bands, 2), of four pictures side by side."""
+    drawn = renderer(scene, size=_SIZE, samples=4)
+    bands, sums = _bands(drawn, camera), []
+    _, y, z = scene.camera.position_m
+    for x in (-0.3, -0.1, 0.1, 0.3):
+        moved = {"position_m": (x, y, z), "target_m": (x, *scene.camera.target_m[1:])}
+        frame = drawn.render(camera=scene.camera.model_copy(update=moved), aovs=["class"])
+        cover = frame.truth["class"] == CLASSES["grass"]
+        light = (frame.image / 255.0) ** 2.2 @ [0.2126, 0.7152, 0.0722]
+        sums.append([[cover[band].mean(), light[band].mean()] for band in bands])
+    return np.mean(sums, axis=0)
+
+
+@pytest.mark.parametrize("camera", _CAMERAS)
+def test_cover_and_colour_are_those_of_full_detail(renderer, camera):
+    ratios = []
+    for seed in (1, 2):
+        full, less = (_seen(renderer, camera, _scene(camera, seed, metres)) for metres in (1000.0, _FULL_M))
+        ratios.append(less / full)
+    ratio = np.mean(ratios, axis=0)
+    assert (np.abs(ratio - 1) < 0.02 + np.array(_NOISE)).all(), ratio
+    # no ring: what is off changes little from band to band
+    assert np.abs(np.diff(ratio[:, 0])).max() < 0.015, ratio
+
+
+def test_the_visibility_buffer_flickers_less_than_bezier_blades(renderer):
+    scene, steps = _scene("standing", 1, _FULL_M), {}
+    for name in ("visibility-buffer", "bezier-blades"):
+        technique = {"name": name, "min_width_px": 1.0}
+        drawn = renderer(type(scene).model_validate({**scene.model_dump(), "technique": technique}), size=_SIZE)
+        frames = []
+        for x in 0.002 * np.arange(4):
+            moved = {"position_m": (x, *scene.camera.position_m[1:]), "target_m": (x, *scene.camera.target_m[1:])}
+            frames.append(drawn.render(camera=scene.camera.model_copy(update=moved)).image.astype(int))
+        change = np.abs(np.diff(frames, axis=0)).mean(axis=(0, 3))
+        steps[name] = np.array([change[band].mean() for band in _bands(drawn, "standing")])
+    assert (steps["visibility-buffer"] < steps["bezier-blades"]).all(), steps
+
+
+def _drawn(ctx, away: np.ndarray, rank: np.ndarray, height_m: float) -> dict[str, np.ndarray]:
+    """Length as a part of the whole, share of the area and drawn width of a blade that far from the camera."""
+    body = """
+        Blade b; Hull h;
+        b.chance = packUnorm2x16(vec2(sqrt(rank), 0.0));
+        b.up = packSnorm2x16(octahedralEncode(vec3(0.0, 1.0, 0.0)));
+        b.look = 144u << 24u;  // 2^8 m of blade on a square metre
+        b.width = 0.005; b.facing = 0.0;
+        h.v0 = vec3(away, 0.0, 0.0);
+        h.v1 = h.v0 + vec3(0.0, 0.2, 0.0); h.v2 = h.v0 + vec3(0.0, 0.4, 0.0); h.middle = h.v1;
+        h.away = distance(h.v0, view.camera_ws.xyz); h.here = presence(b, h.away); h.pixel = 0.002 * h.away;
+        result = vec3(h.here, shareOfArea(b, h), widthOf(b, h));"""
+    values = shader_call(
+        ctx,
+        "techniques/leaf.glsl",
+        body,
+        {"away": away.astype(np.float32), "rank": rank.astype(np.float32)},
+        "vec3",
+        blocks={
+            VIEW_BLOCK: {"camera_ws": (0, height_m, 0, 0.002), "density": 1.0},
+            SWARD_BLOCK: {"full_density_m": _FULL_M, "reach_m": 300.0, "grown": 1.0, "blade_m": (0.4, 0.005)},
+            LEAF_BLOCK: {"min_width_px": 1.0, "orientation_limit": 2.0},
+        },
+    )
+    return dict(zip(("here", "share", "width"), values.T, strict=True))
+
+
+@pytest.mark.parametrize("height_m", [0.6, 1.7, 6.0, 30.0])
+def test_area_that_is_drawn_follows_the_oracle(ctx, height_m):
+    beside = np.linspace(0.5, 90, 300)
+    away = np.hypot(beside, height_m)
+    there = culling.area_there(away, _FULL_M, 300.0, 1.0)
+    width = np.maximum(0.005, 0.002 * away)
+    layers = culling.layers(256.0, height_m / away, width)
+    share = culling.share_of_area(layers, there, width, 0.002 * away, 0.4)
+    got = _drawn(ctx, beside, np.zeros(300), height_m)
+    assert np.abs(got["share"] / share - 1).max() < 2e-3
+    assert np.abs(got["width"] / (width * share / there) - 1).max() < 3e-3
+
+
+@pytest.mark.parametrize("height_m", [1.7, 6.0])
+def test_a_small_step_of_the_camera_makes_no_blade_pop(ctx, height_m):
+    rank, beside = np.meshgrid(np.linspace(0.01, 0.7, 50), np.arange(1.0, 60.0, 0.02), indexing="ij")
+    drawn = _drawn(ctx, beside.ravel(), rank.ravel(), height_m)
+    for name in ("here", "width"):
+        part = drawn[name].reshape(rank.shape)
+        assert (np.abs(np.diff(part, axis=1)).max(axis=1) <= 0.08 * part.max(axis=1)).all()
