@@ -28,7 +28,7 @@ def pixels(path: Path) -> np.ndarray:
 
 
 def test_every_example_is_tested():
-    assert {path.stem for path in EXAMPLES.glob("*.py")} == {"picture", "embed", "hillside"}
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == {"picture", "embed", "hillside", "walk"}
 
 
 def test_picture_writes_a_picture_and_its_truth(monkeypatch, tmp_path, capsys):
@@ -61,6 +61,17 @@ def test_hillside_draws_near_and_far_from_a_scene_that_is_right(monkeypatch, tmp
         assert land[1] > land[2] + 10
     assert np.abs(near - far).mean() > 5
     assert gs.load(tmp_path / "hill").ground.kind == "heightmap"
+
+
+def test_walk_writes_a_video_of_a_moving_camera(monkeypatch, tmp_path, capsys):
+    run(monkeypatch, "walk", tmp_path / "walk.mp4", "--seconds", "0.2", "--fps", "10")
+    assert (tmp_path / "walk.mp4").stat().st_size > 1000
+    assert "through the meadow" in capsys.readouterr().out
+    camera_at = runpy.run_path(str(EXAMPLES / "walk.py"))["camera_at"]
+    start = gs.load("meadow").camera
+    way = np.array([camera_at(start, t).position_m for t in np.arange(0, 60, 1 / 30)])
+    steps = np.linalg.norm(np.diff(way[:, [0, 2]], axis=0), axis=1)
+    assert steps.max() < 2 * steps.min() < 0.12
 
 
 # The real hillside ------------------------------------------------------------------------------------------

@@ -104,7 +104,7 @@ def _drawn(ctx, away: np.ndarray, rank: np.ndarray, height_m: float) -> dict[str
         b.chance = packUnorm2x16(vec2(sqrt(rank), 0.0));
         b.up = packSnorm2x16(octahedralEncode(vec3(0.0, 1.0, 0.0)));
         b.look = 144u << 24u;  // 2^8 m of blade on a square metre
-        b.width = 0.005; b.facing = 0.0;
+        b.width = 0.005; b.facing = 0.0; b.x = away; b.y = 0.0; b.z = 0.0;
         h.v0 = vec3(away, 0.0, 0.0);
         h.v1 = h.v0 + vec3(0.0, 0.2, 0.0); h.v2 = h.v0 + vec3(0.0, 0.4, 0.0); h.middle = h.v1;
         h.away = distance(h.v0, view.camera_ws.xyz); h.here = presence(b, h.away); h.pixel = 0.002 * h.away;
