@@ -52,8 +52,8 @@ def test_rays_draw_the_same_picture_as_triangles(renderer):
         drawn.render(0.9)
         frames.append(drawn.render(1.0, aovs=["class", "blade-id", "motion", "depth"]))
     triangles, rays = (frame.truth for frame in frames)
-    assert (triangles["class"] == rays["class"]).mean() > 0.995
-    assert (triangles["blade_id"] == rays["blade_id"]).mean() > 0.995
+    assert (triangles["class"] == rays["class"]).mean() > 0.99
+    assert (triangles["blade_id"] == rays["blade_id"]).mean() > 0.99
     for name in ("ground", "object", "flower", "grass"):
         assert (rays["class"] == CLASSES[name]).sum() > 50, name
     ground = (triangles["class"] == CLASSES["ground"]) & (rays["class"] == CLASSES["ground"])

@@ -24,6 +24,7 @@ CELLS, NAMES, LISTS, LARGE, WON, DRAWN = range(5, 11)
 LARGE_PX = 4000.0
 """Pixels of a blade above which a column of workgroups draws it instead of one invocation."""
 _DRAWN_PARTS = 1024
+_TILE = 16  # of resolve.vert
 _LISTS_BYTES = 40  # of lists.glsl
 _LARGE_GROUPS, _WON_GROUPS = 16, 28  # and where in it
 
@@ -58,18 +59,18 @@ class _Shaders:
         self.raster = build_compute(ctx, f"{_FOLDER}/raster.comp", defines, width, extensions)
         self.large = build_compute(ctx, f"{_FOLDER}/large.comp", defines, width, extensions)
         self.resolve: moderngl.ComputeShader | moderngl.Program | None = None
-        self.triangle: moderngl.VertexArray | None = None
+        self.squares: moderngl.VertexArray | None = None
         if purpose == "shadow":
             return
         if shell == "compute":
             self.resolve = build_compute(ctx, f"{_FOLDER}/resolve.comp", defines, extensions=extensions)
         else:
-            stages = "shaders/screen.vert", f"{_FOLDER}/resolve.frag"
+            stages = f"{_FOLDER}/resolve.vert", f"{_FOLDER}/resolve.frag"
             self.resolve = build(ctx, *stages, defines=defines, extensions=extensions)
-            self.triangle = ctx.vertex_array(self.resolve, [])
+            self.squares = ctx.vertex_array(self.resolve, [])
 
     def release(self) -> None:
-        for part in (self.raster, self.large, self.triangle, self.resolve):
+        for part in (self.raster, self.large, self.squares, self.resolve):
             if part:
                 part.release()
 
@@ -198,9 +199,10 @@ class VisibilityBuffer:
             shaders.resolve.run(*(-(-edge // 8) for edge in view.size_px))
             self._ctx.memory_barrier(IMAGES_WRITTEN)
         else:
-            assert shaders.triangle
+            assert shaders.squares
             self._ctx.enable_only(moderngl.NOTHING)
-            shaders.triangle.render(moderngl.TRIANGLES, vertices=3)
+            width, height = (-(-edge // _TILE) for edge in view.size_px)
+            shaders.squares.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=width * height)
 
     def _growing(self) -> dict[str, float]:
         """What the shaders of blades that are not stored need to know."""
