@@ -14,7 +14,7 @@ from shader_calls import shader_call
 from small_scenes import GRASS, small_scene
 
 _SIZE = 320, 180
-_CAMERAS = {"standing": (1.7, 10.0, (5, 8, 12, 18, 26)), "looking down": (4.5, 9.0, (5, 8, 12, 18))}
+_CAMERAS = {"standing": (1.7, 10.0, (5, 8, 12, 18, 26)), "looking down": (4.5, 9.0, (5, 8, 12))}
 """Height, how far away it looks at the ground, and edges of bands, metres. Further down there, blades that stand for
 all would be broader than grass is (`BROADEST` of culling/presence.glsl)."""
 _FULL_M = 6.0

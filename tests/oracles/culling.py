@@ -56,6 +56,6 @@ def share_of_area(
     layers: np.ndarray, there: np.ndarray, width_m: np.ndarray, least_m: np.ndarray, length_m: float
 ) -> np.ndarray:
     """Of the area of all blades, what closes the sward six times, but at least what those kept have
-    unwidened; none is broader than 0.3 of its length or 3 times the least."""
+    unwidened; none is broader than 0.12 of its length or 3 times the least."""
     asked = np.clip(6.0 / layers, there, 1.0)
-    return np.minimum(asked, there * np.maximum(1.0, np.maximum(0.3 * length_m, 3.0 * least_m) / width_m))
+    return np.minimum(asked, there * np.maximum(1.0, np.maximum(0.12 * length_m, 3.0 * least_m) / width_m))

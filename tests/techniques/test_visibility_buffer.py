@@ -1,11 +1,13 @@
 """Blades filled by compute shaders: the same pixels as the pipeline fills, and as float64 says."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import greensward.techniques.visibility_buffer as visibility_buffer
 from blades import read_blades, read_postures, up_of
-from greensward.scene import Camera
+from greensward.scene import Camera, InputError
 from greensward.truth import CLASSES
 from greensward.viewpoint import camera_view
 from oracles import culling, strips
@@ -165,3 +167,18 @@ def test_nothing_shows_beyond_the_far_plane(renderer):
         shown = truth["blade_id"] > 0
         assert shown.any()
         assert truth["depth"][shown].max() <= 7.0
+
+
+@pytest.mark.parametrize(
+    ("size", "told"),
+    [((8, 8), "shadows.size_px: must be at most 45 "), ((128, 64), "size: must have at most 0 million pixels")],
+)
+def test_more_pixels_than_there_are_cells_are_refused(renderer, monkeypatch, size, told):
+    drawn = renderer(_scene(shadows={"enabled": True, "size_px": 64, "cascades": 1}), size=size)
+    technique = drawn._technique
+    limit = 2048 * (8 if technique._wide else 4)
+    monkeypatch.setattr(technique, "_ctx", SimpleNamespace(info={"GL_MAX_SHADER_STORAGE_BLOCK_SIZE": limit}))
+    with pytest.raises(InputError, match=told):
+        drawn.render()
+    monkeypatch.undo()
+    assert drawn.render().image.std() > 0

@@ -5,7 +5,7 @@
 
 const float GROWING = 0.2;   // of those kept
 const float CLOSED = 6.0;    // blades that a ray passes where next to none gets through: one in 400
-const float BROADEST = 0.3;  // of its length, as wide as a blade may become for others, or else
+const float BROADEST = 0.12;  // of its length, as wide as a blade may become for others, or else
 const float BROADEST_PX = 3.0;
 
 // Blades kept at this distance, as a part of all; goes on rising above 1 towards the camera, or the last ones would never be

@@ -1,5 +1,6 @@
 """Blades rasterised by compute shaders: first which of them is nearest at each pixel, then the surface it shows."""
 
+import math
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -13,6 +14,7 @@ from greensward.gpu.pixel_pass import IMAGES_WRITTEN, Shell
 from greensward.gpu.program import build, build_compute, put
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
+from greensward.scene import InputError
 from greensward.scene.base import Count
 from greensward.sowing import Page
 from greensward.techniques.leaf import LEAF_BLOCK, LeafSettings
@@ -27,8 +29,6 @@ _DRAWN_PARTS = 1024
 _TILE = 16  # of resolve.vert
 _LISTS_BYTES = 40  # of lists.glsl
 _LARGE_GROUPS, _WON_GROUPS = 16, 28  # and where in it
-
-
 _WIDE = ("GL_NV_gpu_shader5", "GL_NV_shader_atomic_int64")
 
 
@@ -115,9 +115,13 @@ class VisibilityBuffer:
         self._lists, self._drawn = ctx.buffer(bytes(_LISTS_BYTES)), ctx.buffer(reserve=4 * _DRAWN_PARTS)
 
     def update(self, instant: Instant) -> None:
-        """Make room for the cells of the largest view and for the lists of the longest run of chunks."""
+        """Make room for the cells of the largest view and for the lists of the longest run of chunks.
+
+        Raises `InputError` for a view of more pixels than the driver can hold cells for.
+        """
         self._instant = instant
         pixels = max(view.size_px[0] * view.size_px[1] for view in instant.views)
+        self._refuse_too_large(instant.views)
         self._cells = at_least(self._ctx, self._cells, pixels * (8 if self._wide else 4))
         if not self._wide:
             self._names = at_least(self._ctx, self._names, pixels * 4)
@@ -125,6 +129,20 @@ class VisibilityBuffer:
         self._large_list = at_least(self._ctx, self._large_list, blades * 4)
         if not self._wide:
             self._won = at_least(self._ctx, self._won, blades * 4)
+
+    def _refuse_too_large(self, views: Sequence[View]) -> None:
+        most = self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"] // (8 if self._wide else 4)
+        for view in views:
+            width, height = view.size_px
+            if width * height <= most:
+                continue
+            where, rule = "size", f"must have at most {most / 1e6:,.0f} million pixels"
+            if view.purpose == "shadow":
+                where, rule = "shadows.size_px", f"must be at most {math.isqrt(most)}"
+            raise InputError(
+                f"{where}: {rule} for {self.name} on this driver (got {width}x{height}); "
+                "take less, or draw with --technique bezier-blades"
+            )
 
     def draw(self, view: View) -> None:
         """Fill the cells with every blade that the view shows, then turn them into surfaces or into depth."""
