@@ -412,7 +412,7 @@ def test_a_tile_too_large_for_a_page_is_split(ctx, sow, monkeypatch):
 
 
 def test_several_pages_draw_the_same_picture(ctx, renderer, monkeypatch):
-    scene = small_scene(grass=[{**GRASS, "head": "daisy"}], wind=[BREEZE])
+    scene = small_scene(grass=[{**GRASS, "head": "daisy"}], wind=[BREEZE], shadows={"size_px": 128})
     aovs = ("class", "depth", "blade-id", "motion")
     one = renderer(scene).render(1.0, aovs=aovs)
     _limited(monkeypatch, ctx, 2500)

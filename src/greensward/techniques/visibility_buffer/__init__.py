@@ -131,9 +131,10 @@ class VisibilityBuffer:
             self._won = at_least(self._ctx, self._won, blades * 4)
 
     def _refuse_too_large(self, views: Sequence[View]) -> None:
-        most = self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"] // (8 if self._wide else 4)
+        limit = self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]
         for view in views:
             width, height = view.size_px
+            most = limit // (8 if self._wide and view.purpose == "picture" else 4)
             if width * height <= most:
                 continue
             where, rule = "size", f"must have at most {most / 1e6:,.0f} million pixels"
