@@ -162,7 +162,7 @@ class World:
             for view, needed in zip(views, eighths, strict=True):
                 blades = self._blades(page, order, needed)
                 if blades.count:
-                    heads = self._heads(page, order[needed > 0], away, view)
+                    heads = self._heads(page, order[needed > 0], away, view) if isinstance(page, Page) else ()
                     self._seen[view].append(Seen(page, blades, heads))
             if isinstance(page, UnstoredPage):
                 continue
@@ -191,7 +191,7 @@ class World:
         at = order[some]
         return self.chunks.add(page.tiles.start[at], page.tiles.up_to[at, eighths[some] - 1])
 
-    def _heads(self, page: Page | UnstoredPage, at: Indices, away: Floats, view: View) -> tuple[Span, ...]:
+    def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[Span, ...]:
         start, length = page.tiles.head_start[at], page.tiles.heads[at]
         if view.purpose == "shadow":
             # least detail, and none where the map is too coarse to tell them from blades

@@ -3,6 +3,7 @@
 import moderngl
 
 from greensward.culling.chunks import at_least
+from greensward.gpu.pixel_pass import pixel_groups
 from greensward.gpu.program import build_compute
 
 FARTHEST = 12
@@ -36,8 +37,7 @@ class Pyramid:
         depth.use(_DEPTH_UNIT)
         for below in range(0, len(sizes), 3):
             self._shader["below"] = below
-            x, y = sizes[below + 2]
-            self._shader.run(-(-x // 8), -(-y // 8))
+            self._shader.run(*pixel_groups(sizes[below + 2]))
             self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def release(self) -> None:

@@ -14,9 +14,6 @@ from greensward.gpu.program import ShaderError, assemble, build_compute, locate
 
 Shell = Literal["fragment", "compute"]
 
-_VERTEX = """#version 430 core
-void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }
-"""
 IMAGES_WRITTEN = (
     moderngl.TEXTURE_FETCH_BARRIER_BIT
     | moderngl.SHADER_IMAGE_ACCESS_BARRIER_BIT
@@ -30,6 +27,11 @@ _IMAGE_FORMATS = {"f1": "rgba8", "f2": "rgba16f", "f4": "rgba32f"}
 def best_shell(ctx: moderngl.Context) -> Shell:
     """The faster shell on this kind of driver."""
     return "fragment" if is_software(ctx) else "compute"
+
+
+def pixel_groups(size: tuple[int, int]) -> tuple[int, int]:
+    """Columns and rows of a dispatch with an invocation for every pixel, in workgroups of 8 × 8."""
+    return -(-size[0] // 8), -(-size[1] // 8)
 
 
 class PixelPass:
@@ -85,7 +87,9 @@ class PixelPass:
             )
             source = assemble("pixel_pass", defines, {"pixel_pass": main})
             try:
-                self._program = ctx.program(vertex_shader=_VERTEX, fragment_shader=source.text)
+                self._program = ctx.program(
+                    vertex_shader=assemble("shaders/screen.vert").text, fragment_shader=source.text
+                )
             except moderngl.Error as error:
                 raise ShaderError(locate(str(error), {"fragment_shader": source})) from None
             self._triangle = ctx.vertex_array(self._program, [])
@@ -95,7 +99,7 @@ class PixelPass:
         if self.shell == "compute":
             for unit, target in enumerate(targets):
                 target.bind_to_image(unit, read=False, write=True)
-            self._compute.run(-(-targets[0].width // 8), -(-targets[0].height // 8))
+            self._compute.run(*pixel_groups(targets[0].size))
             self._ctx.memory_barrier(IMAGES_WRITTEN)
             return
         self._framebuffer(targets).use()

@@ -67,10 +67,11 @@ class View:
         moved[:3, 3] = self.origin_ws
         return moved
 
-    def relative(self, world_from_world: Matrix) -> Matrix:
-        """A matrix that moves points of the world, for points of relative space."""
-        moved = self.world_from_relative
-        return np.asarray(np.linalg.inv(moved) @ world_from_world @ moved)
+    def relative(self, moved: Matrix) -> Matrix:
+        """A rigid matrix that moves points of the world, for points of relative space."""
+        result = moved.copy()
+        result[:3, 3] += moved[:3, :3] @ self.origin_ws - self.origin_ws
+        return result
 
     @property
     def near_and_far_m(self) -> tuple[float, float]:

@@ -8,7 +8,7 @@ import numpy as np
 from greensward.culling import at_least
 from greensward.gpu.context import gl_function
 from greensward.gpu.depth import ReversedDepth
-from greensward.gpu.pixel_pass import IMAGES_WRITTEN, Shell
+from greensward.gpu.pixel_pass import IMAGES_WRITTEN, Shell, pixel_groups
 from greensward.gpu.program import build_compute
 
 FIRST_UNIT = 10
@@ -50,7 +50,7 @@ class GBuffer:
             self._clear_float(_DEPTH, 0, self._z_clear)
         if self._empty:
             self.bind_images()
-            self._empty.run(*(-(-edge // 8) for edge in self.id.size))
+            self._empty.run(*pixel_groups(self.id.size))
             self._ctx.memory_barrier(IMAGES_WRITTEN)
         else:
             self._clear_uint(_COLOUR, _ID, self._sky)
@@ -87,12 +87,12 @@ class BladePixels:
 
     def count(self, gbuffer: GBuffer) -> None:
         """Count them as they are now; `read` tells how many."""
-        columns, rows = (-(-edge // 8) for edge in gbuffer.id.size)
+        columns, rows = pixel_groups(gbuffer.id.size)
         self._squares = columns * rows
         self._counts = at_least(self._ctx, self._counts, 4 * self._squares)
         self._counts.bind_to_storage_buffer(0)
         gbuffer.id.use(FIRST_UNIT + _ID)
-        self._shader.run(-(-columns // 8), -(-rows // 8))
+        self._shader.run(*pixel_groups((columns, rows)))
 
     def read(self) -> int:
         """How many there were when they were counted last. Waits for the GPU."""

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.pixel_pass import IMAGES_WRITTEN, PixelPass, Shell
+from greensward.gpu.pixel_pass import IMAGES_WRITTEN, PixelPass, Shell, pixel_groups
 from greensward.gpu.program import build, build_compute, put
 from greensward.gpu.view import View
 from greensward.ground import HeightField
@@ -100,7 +100,7 @@ class _March:
     def run(self, view: View) -> None:
         self._highest.bind_to_storage_buffer(RECORDS)
         self._shader["range_m"] = view.near_and_far_m
-        self._shader.run(*(-(-edge // 8) for edge in view.size_px))
+        self._shader.run(*pixel_groups(view.size_px))
         self._ctx.memory_barrier(IMAGES_WRITTEN)
 
     def release(self) -> None:

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 
 from greensward.culling import at_least, test_defines, width_from
 from greensward.gpu.blocks import BlockBuffer
-from greensward.gpu.pixel_pass import IMAGES_WRITTEN, Shell
+from greensward.gpu.pixel_pass import IMAGES_WRITTEN, Shell, pixel_groups
 from greensward.gpu.program import build, build_compute, put
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
@@ -170,10 +170,9 @@ class VisibilityBuffer:
 
     def _empty(self, view: View) -> None:
         shader = self._clear[view.purpose]
-        width, height = view.size_px
         if view.purpose == "picture":
             shader["farthest_m"] = view.near_and_far_m[1]
-        shader.run(-(-width // 8), -(-height // 8))
+        shader.run(*pixel_groups(view.size_px))
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def _fill(self, seen: Seen, view: View) -> None:
@@ -215,7 +214,7 @@ class VisibilityBuffer:
             previousFromNow=tuple(view.relative(page.previous_from_now).T.ravel()),
         )
         if isinstance(shaders.resolve, moderngl.ComputeShader):
-            shaders.resolve.run(*(-(-edge // 8) for edge in view.size_px))
+            shaders.resolve.run(*pixel_groups(view.size_px))
             self._ctx.memory_barrier(IMAGES_WRITTEN)
         else:
             assert shaders.squares
