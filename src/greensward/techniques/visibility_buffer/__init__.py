@@ -21,12 +21,13 @@ from greensward.techniques.leaf import LEAF_BLOCK, LeafSettings
 from greensward.world import Instant, Seen, World
 
 _FOLDER = "techniques/visibility_buffer"
-CELLS, NAMES, LISTS, LARGE, WON, DRAWN = range(5, 11)
+CELLS, NAMES, LISTS, LARGE, WON, DRAWN, SQUARES = range(5, 12)
 """Shader-storage bindings while blades are drawn."""
 LARGE_PX = 4000.0
 """Pixels of a blade above which a column of workgroups draws it instead of one invocation."""
 _DRAWN_PARTS = 1024
-_TILE = 16  # of resolve.vert
+_SQUARE = 4  # of squares.glsl
+_NO_SQUARES = np.array([4, 0, 0, 0, 0], np.uint32)
 _LISTS_BYTES = 40  # of lists.glsl
 _LARGE_GROUPS, _WON_GROUPS = 16, 28  # and where in it
 _WIDE = ("GL_NV_gpu_shader5", "GL_NV_shader_atomic_int64")
@@ -59,6 +60,7 @@ class _Shaders:
         self.raster = build_compute(ctx, f"{_FOLDER}/raster.comp", defines, width, extensions)
         self.large = build_compute(ctx, f"{_FOLDER}/large.comp", defines, width, extensions)
         self.resolve: moderngl.ComputeShader | moderngl.Program | None = None
+        self.find_squares: moderngl.ComputeShader | None = None
         self.squares: moderngl.VertexArray | None = None
         if purpose == "shadow":
             return
@@ -67,10 +69,11 @@ class _Shaders:
         else:
             stages = f"{_FOLDER}/resolve.vert", f"{_FOLDER}/resolve.frag"
             self.resolve = build(ctx, *stages, defines=defines, extensions=extensions)
+            self.find_squares = build_compute(ctx, f"{_FOLDER}/squares.comp", defines, extensions=extensions)
             self.squares = ctx.vertex_array(self.resolve, [])
 
     def release(self) -> None:
-        for part in (self.raster, self.large, self.squares, self.resolve):
+        for part in (self.raster, self.large, self.find_squares, self.squares, self.resolve):
             if part:
                 part.release()
 
@@ -111,7 +114,9 @@ class VisibilityBuffer:
         shadow = build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines={"SHADOW": 1})
         self._shadow = ctx.vertex_array(shadow, [])
         self._plan = build_compute(ctx, f"{_FOLDER}/plan.comp")
-        self._cells, self._names, self._large_list, self._won = (ctx.buffer(reserve=20) for _ in range(4))
+        self._cells, self._names, self._large_list, self._won, self._squares = (
+            ctx.buffer(reserve=20) for _ in range(5)
+        )
         self._lists, self._drawn = ctx.buffer(bytes(_LISTS_BYTES)), ctx.buffer(reserve=4 * _DRAWN_PARTS)
 
     def update(self, instant: Instant) -> None:
@@ -125,6 +130,8 @@ class VisibilityBuffer:
         self._cells = at_least(self._ctx, self._cells, pixels * (8 if self._wide else 4))
         if not self._wide:
             self._names = at_least(self._ctx, self._names, pixels * 4)
+        if self._world.shell == "fragment":
+            self._squares = at_least(self._ctx, self._squares, 20 + max(map(_squares_in, instant.views)) * 4)
         blades = max((seen.blades.items for view in instant.views for seen in self._world.seen(view)), default=0)
         self._large_list = at_least(self._ctx, self._large_list, blades * 4)
         if not self._wide:
@@ -151,8 +158,8 @@ class VisibilityBuffer:
         if not seen:
             return
         self._block.bind()
-        buffers = (self._cells, self._names, self._lists, self._large_list, self._won, self._drawn)
-        for binding, buffer in zip((CELLS, NAMES, LISTS, LARGE, WON, DRAWN), buffers, strict=True):
+        bindings = CELLS, NAMES, LISTS, LARGE, WON, DRAWN, SQUARES
+        for binding, buffer in zip(bindings, self._buffers(), strict=True):
             buffer.bind_to_storage_buffer(binding)
         self._empty(view)
         for each in seen:
@@ -218,9 +225,13 @@ class VisibilityBuffer:
             self._ctx.memory_barrier(IMAGES_WRITTEN)
         else:
             assert shaders.squares
+            assert shaders.find_squares
+            self._squares.write(_NO_SQUARES)
+            put(shaders.find_squares, firstName=32 * page.first_id, bladeCount=page.count)
+            shaders.find_squares.run(*(-(-edge // (8 * _SQUARE)) for edge in view.size_px))
+            self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
             self._ctx.enable_only(moderngl.NOTHING)
-            width, height = (-(-edge // _TILE) for edge in view.size_px)
-            shaders.squares.render(moderngl.TRIANGLE_STRIP, vertices=4, instances=width * height)
+            shaders.squares.render_indirect(self._squares, moderngl.TRIANGLE_STRIP, 1)
 
     def _growing(self) -> dict[str, float]:
         """What the shaders of blades that are not stored need to know."""
@@ -245,6 +256,15 @@ class VisibilityBuffer:
         for shader in self._clear.values():
             shader.release()
         self._shadow.program.release()
-        buffers = (self._cells, self._names, self._lists, self._large_list, self._won, self._drawn)
-        for part in (self._plan, self._shadow, self._block, *buffers):
+        for part in (self._plan, self._shadow, self._block, *self._buffers()):
             part.release()
+
+    def _buffers(self) -> tuple[moderngl.Buffer, ...]:
+        lists = self._lists, self._large_list, self._won
+        return self._cells, self._names, *lists, self._drawn, self._squares
+
+
+def _squares_in(view: View) -> int:
+    """Squares of squares.glsl that cover a view."""
+    width, height = (-(-edge // _SQUARE) for edge in view.size_px)
+    return width * height
