@@ -27,7 +27,7 @@ class Sowing(Model):
     """Distance over which height, density, dryness and species drift."""
     drift: Number = Field(0.6, ge=0, le=1)
     """Strength of those drifts."""
-    full_density_m: Number = Field(6.0, gt=0, le=100_000)
+    full_density_m: Number = Field(8.0, gt=0, le=100_000)
     """Every blade is kept up to this distance from the camera; beyond, fewer and wider ones stand for them."""
     reach_m: Number = Field(300.0, gt=0, le=100_000)
     """No blades are drawn beyond this distance from the camera; the ground takes their colour."""

@@ -2,6 +2,13 @@
 #include "techniques/leaf.glsl"
 #include "techniques/look.glsl"
 
+// Where less is drawn one sees deeper, and seen from low above that is farther: the factor back to where all would have
+// shown. Depth as in look.glsl.
+float nearer(Blade b, float share) {
+    float above = max(dot(view.camera_ws.xyz - bladeRoot(b), groundUnder(b)), 1e-3);
+    return max(1.0 - (1.0 - pow(share, 0.3333)) * sward.canopy_m * sward.grown / above, 0.5);
+}
+
 Look lookOf(Blade b, Hull h, bool onGround) {
     int kind = bladeSpecies(b);
     vec4 rootRow = species(kind, ROOT), tipRow = species(kind, TIP);
@@ -14,10 +21,10 @@ Look lookOf(Blade b, Hull h, bool onGround) {
     root = mix(root, shade * map.rgb * 0.6, map.a);
     tip = mix(tip, shade * map.rgb, map.a);
     // far blades stand for many: their contrast fades towards what those would show together
-    float far = smoothstep(8.0, 90.0, h.away);
+    float share = shareOfArea(b, h), far = smoothstep(8.0, 90.0, h.away * nearer(b, share));
     tip = mix(tip, tip / shade, 0.7 * far);
     root = mix(root, 0.9 * tip, 0.85 * far);
     // shaded as the wall of blades that it stands for, turned to the viewer as much as up
     vec3 wall = normalize(0.8 * normalize(toViewer - up * dot(toViewer, up)) + 0.75 * up);
-    return Look(vec4(root, rootRow.w), vec4(tip, mix(tipRow.w, 0.95, far)), b.height / max(sward.canopy_m, 1e-3), far, shareOfArea(b, h), wall);
+    return Look(vec4(root, rootRow.w), vec4(tip, mix(tipRow.w, 0.95, far)), b.height / max(sward.canopy_m, 1e-3), far, share, wall);
 }
