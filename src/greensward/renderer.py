@@ -386,7 +386,7 @@ class Renderer:
 
     def _build_pyramid(self, view: View) -> None:  # noqa: ARG002
         assert self._world.pyramid
-        self._world.pyramid.build(self._gbuffer.depth)
+        self._world.pyramid.build(self._gbuffer.depth.size)
 
     def _check_size(self, size: tuple[int, int]) -> None:
         if self.ctx.version_code < 430:

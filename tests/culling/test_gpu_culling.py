@@ -208,7 +208,8 @@ def test_pyramid(ctx, size):
     texture = ctx.texture(size, 1, depth.tobytes(), dtype="f4", alignment=4)
     made = Pyramid(ctx)
     for _ in range(2):  # the buffer is used again
-        made.build(texture)
+        texture.use(14)
+        made.build(texture.size)
     sizes = level_sizes(size)
     flat = np.frombuffer(made.farthest.read(), np.float32)
     expected = culling.pyramid(depth, len(sizes))
@@ -236,7 +237,8 @@ def _call(ctx, view, body: str, output: str, blades, pixels: np.ndarray | None =
     if pixels is not None:
         texture = ctx.texture(view.size_px, 1, pixels.tobytes(), dtype="f4", alignment=4)
         made = Pyramid(ctx)
-        made.build(texture)
+        texture.use(14)
+        made.build(texture.size)
     result = shader_call(
         ctx, "culling/tests.glsl", body, inputs, output, blocks={VIEW_BLOCK: view_values(view, view)}
     )

@@ -401,7 +401,7 @@ def test_every_setting_changes_the_picture(renderer, technique):
         ), name
 
 
-@pytest.mark.parametrize("test", ["orientation", "frustum", "occlusion"])
+@pytest.mark.parametrize("test", ["orientation", "frustum", "occlusion", "behind_grass"])
 def test_what_culling_leaves_out_does_not_show(renderer, technique, test):
     box = {"kind": "box", "position_m": [0.0, 0.0, 0.0], "size_m": [1.5, 1.0, 0.5]}
     on, off = (

@@ -35,6 +35,12 @@ class Span:
         columns = min(self.count, 32768)
         return columns, -(-self.count // columns)
 
+    def split(self, part: float) -> tuple["Span", "Span"]:
+        """The first part of the chunks, and the others; how many items each has is an estimate."""
+        first = round(self.count * part)
+        items = round(self.items * part)
+        return Span(self.first, first, items), Span(self.first + first, self.count - first, self.items - items)
+
 
 class ChunkTable:
     """Collects runs, then cuts all of them in one dispatch; the table holds (first item, items) per chunk."""

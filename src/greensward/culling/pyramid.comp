@@ -1,14 +1,13 @@
 // Builds three levels of the pyramid from the one below them: each invocation, a texel of the coarsest and all under it.
 #include "culling/levels.glsl"
+#include "culling/surface"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-
-layout(binding = 14) uniform sampler2D picture;
 
 uniform int below;
 
 void main() {
-    ivec2 whole = textureSize(picture, 0), block = ivec2(gl_GlobalInvocationID.xy), sizes[4];
+    ivec2 whole = pictureSize(), block = ivec2(gl_GlobalInvocationID.xy), sizes[4];
     int starts[4];
     for (int k = 0; k < 4; k++) findLevel(below + k, whole, starts[k], sizes[k]);
     if (any(greaterThanEqual(block, sizes[3]))) return;
@@ -23,7 +22,7 @@ void main() {
             float finest = 0.0;
             for (int k = 0; k < 4; k++) {
                 ivec2 p = min(2 * texel + ivec2(k & 1, k >> 1), sizes[0] - 1);
-                finest = max(finest, below > 0 ? farthest[starts[0] + p.y * sizes[0].x + p.x] : texelFetch(picture, p, 0).r);
+                finest = max(finest, below > 0 ? farthest[starts[0] + p.y * sizes[0].x + p.x] : depthOf(p));
             }
             farthest[starts[1] + texel.y * sizes[1].x + texel.x] = finest;
             middle = max(middle, finest);

@@ -1,5 +1,7 @@
 """How far away the farthest of what is drawn lies, at ever coarser pixels (Greene, Kass & Miller 1993)."""
 
+from collections.abc import Mapping, Sequence
+
 import moderngl
 
 from greensward.culling.chunks import at_least
@@ -8,7 +10,6 @@ from greensward.gpu.program import build_compute
 
 FARTHEST = 12
 """Shader-storage binding of the pyramid."""
-_DEPTH_UNIT = 14
 
 
 def level_sizes(size: tuple[int, int]) -> list[tuple[int, int]]:
@@ -21,20 +22,29 @@ def level_sizes(size: tuple[int, int]) -> list[tuple[int, int]]:
 
 
 class Pyramid:
-    """Maxima of a picture's linear depth over squares of 2, 4, 8, … pixels, for tests of what lies behind it."""
+    """Maxima of a picture's linear depth over squares of 2, 4, 8, … pixels, for tests of what lies behind it.
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    `surface` is the path of GLSL with `ivec2 pictureSize()` and `float depthOf(ivec2 pixel)`: metres, inf for sky.
+    """
+
+    def __init__(
+        self,
+        ctx: moderngl.Context,
+        surface: str = "culling/picture.glsl",
+        defines: Mapping[str, object] = {},
+        extensions: Sequence[str] = (),
+    ) -> None:
         self._ctx = ctx
-        self._shader = build_compute(ctx, "culling/pyramid.comp")
+        include = {"culling/surface": f'#include "{surface}"'}
+        self._shader = build_compute(ctx, "culling/pyramid.comp", defines, include, extensions)
         self.farthest = ctx.buffer(reserve=4)
         """Levels 1 and up as float32, one after the other, rows from the bottom."""
 
-    def build(self, depth: moderngl.Texture) -> None:
-        """Build it from a picture's depth, R32F metres, inf for sky, and bind it. Uses texture unit 14."""
-        sizes = level_sizes(depth.size)
+    def build(self, size: tuple[int, int]) -> None:
+        """Build it from what is bound for its surface, of this size in pixels, and bind it."""
+        sizes = level_sizes(size)
         self.farthest = at_least(self._ctx, self.farthest, sum(x * y for x, y in sizes) * 4)
         self.farthest.bind_to_storage_buffer(FARTHEST)
-        depth.use(_DEPTH_UNIT)
         for below in range(0, len(sizes), 3):
             self._shader["below"] = below
             self._shader.run(*pixel_groups(sizes[below + 2]))

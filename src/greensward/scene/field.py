@@ -81,6 +81,8 @@ class Culling(Model):
     """Ever more blades with distance; those that stay are wider. This alone changes the picture."""
     occlusion: Flag = True
     """Blades behind ground and objects."""
+    behind_grass: Flag = False
+    """Blades behind nearer grass too, with `visibility-buffer`: worth it where the camera is down in the grass."""
 
 
 class TechniqueChoice(Model):

@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 from pydantic import BaseModel, Field
 
-from greensward.culling import at_least, test_defines, width_from
+from greensward.culling import Pyramid, Span, at_least, test_defines, width_from
 from greensward.gpu.blocks import BlockBuffer
 from greensward.gpu.pixel_pass import IMAGES_WRITTEN, Shell, pixel_groups
 from greensward.gpu.program import build, build_compute, put
@@ -16,7 +16,7 @@ from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.scene import InputError
 from greensward.scene.base import Count
-from greensward.sowing import Page
+from greensward.sowing import Page, UnstoredPage
 from greensward.techniques.leaf import LEAF_BLOCK, LeafSettings
 from greensward.world import Instant, Seen, World
 
@@ -25,6 +25,8 @@ CELLS, NAMES, LISTS, LARGE, WON, DRAWN, SQUARES = range(5, 12)
 """Shader-storage bindings while blades are drawn."""
 LARGE_PX = 4000.0
 """Pixels of a blade above which a column of workgroups draws it instead of one invocation."""
+_NEAREST_PART = 0.15
+"""Of the blades in view, those that are filled before the others are tested against them."""
 _DRAWN_PARTS = 1024
 _SQUARE = 4  # of squares.glsl
 _NO_SQUARES = np.array([4, 0, 0, 0, 0], np.uint32)
@@ -46,7 +48,7 @@ class Settings(LeafSettings):
 
 
 class _Shaders:
-    """Those that look blades up, for one purpose."""
+    """Those that look blades up, for one purpose; with `behind`, also behind what the cells already show."""
 
     def __init__(
         self,
@@ -55,9 +57,14 @@ class _Shaders:
         defines: dict[str, object],
         extensions: Sequence[str],
         shell: Shell,
+        behind: bool,
     ) -> None:
         width = width_from("techniques/leaf.glsl")
         self.raster = build_compute(ctx, f"{_FOLDER}/raster.comp", defines, width, extensions)
+        self.raster_behind = self.raster
+        if behind:
+            hidden = {**defines, "OCCLUSION": 1}
+            self.raster_behind = build_compute(ctx, f"{_FOLDER}/raster.comp", hidden, width, extensions)
         self.large = build_compute(ctx, f"{_FOLDER}/large.comp", defines, width, extensions)
         self.resolve: moderngl.ComputeShader | moderngl.Program | None = None
         self.find_squares: moderngl.ComputeShader | None = None
@@ -73,6 +80,8 @@ class _Shaders:
             self.squares = ctx.vertex_array(self.resolve, [])
 
     def release(self) -> None:
+        if self.raster_behind is not self.raster:
+            self.raster_behind.release()
         for part in (self.raster, self.large, self.find_squares, self.squares, self.resolve):
             if part:
                 part.release()
@@ -99,6 +108,7 @@ class VisibilityBuffer:
         fold = {"FOLD": 1} if any(grass.shape == "quadratic-3d" for grass in world.scene.grass) else {}
         unstored = {"UNSTORED": 1, **motion_defines(world.scene)}
         wide = _WIDE if self._wide else ()
+        self._nearer: Pyramid | None = None
         self._clear: dict[str, moderngl.ComputeShader] = {}
         self._shaders: dict[tuple[str, bool], _Shaders] = {}
         for purpose in ("picture", "shadow"):
@@ -109,8 +119,15 @@ class VisibilityBuffer:
             self._clear[purpose] = build_compute(ctx, f"{_FOLDER}/clear.comp", defines, extensions=extensions)
             for stored in (True,) if world.scene.sowing.stored_m is None else (True, False):
                 self._shaders[purpose, stored] = _Shaders(
-                    ctx, purpose, {**defines, **({} if stored else unstored)}, extensions, world.shell
+                    ctx,
+                    purpose,
+                    {**defines, **({} if stored else unstored)},
+                    extensions,
+                    world.shell,
+                    tests.behind_grass and purpose == "picture",
                 )
+            if tests.behind_grass and purpose == "picture":
+                self._nearer = Pyramid(ctx, f"{_FOLDER}/nearness.glsl", defines, extensions)
         shadow = build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines={"SHADOW": 1})
         self._shadow = ctx.vertex_array(shadow, [])
         self._plan = build_compute(ctx, f"{_FOLDER}/plan.comp")
@@ -162,9 +179,11 @@ class VisibilityBuffer:
         for binding, buffer in zip(bindings, self._buffers(), strict=True):
             buffer.bind_to_storage_buffer(binding)
         self._empty(view)
-        for each in seen:
-            each.page.bind()
-            self._fill(each, view)
+        if self._nearer and view.purpose == "picture":
+            self._fill_behind(self._nearer, seen, view)
+        else:
+            for each in seen:
+                self._fill(each.page, each.blades, view)
         if view.purpose == "shadow":
             self._ctx.enable_only(moderngl.DEPTH_TEST)
             self._shadow.render(moderngl.TRIANGLES, vertices=3)
@@ -182,21 +201,33 @@ class VisibilityBuffer:
         shader.run(*pixel_groups(view.size_px))
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
-    def _fill(self, seen: Seen, view: View) -> None:
-        shaders = self._shaders[view.purpose, isinstance(seen.page, Page)]
-        raster, large = shaders.raster, shaders.large
+    def _fill_behind(self, pyramid: Pyramid, seen: Sequence[Seen], view: View) -> None:
+        """First the nearest, which hide the most, then of the others what is not hidden by them."""
+        parts = [(each.page, each.blades.split(_NEAREST_PART)) for each in seen]
+        for page, (near, _) in parts:
+            self._fill(page, near, view)
+        pyramid.build(view.size_px)
+        for page, (_, far) in parts:
+            self._fill(page, far, view, behind=True)
+
+    def _fill(self, page: Page | UnstoredPage, blades: Span, view: View, behind: bool = False) -> None:
+        if not blades.count:
+            return
+        page.bind()
+        shaders = self._shaders[view.purpose, isinstance(page, Page)]
+        raster, large = shaders.raster_behind if behind else shaders.raster, shaders.large
         values = {
             **self._growing(),
-            "firstChunk": seen.blades.first,
-            "chunkCount": seen.blades.count,
+            "firstChunk": blades.first,
+            "chunkCount": blades.count,
             "large_px": LARGE_PX,
-            "firstName": 32 * seen.page.first_id,
+            "firstName": 32 * page.first_id,
             "near_m": view.near_and_far_m[0],
         }
         for shader in (raster, large):
             put(shader, **values, naming=False)
         self._plan["rows"] = view.size_px[1]
-        raster.run(*seen.blades.groups)
+        raster.run(*blades.groups)
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
         self._plan.run()
         self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
@@ -256,6 +287,8 @@ class VisibilityBuffer:
         for shader in self._clear.values():
             shader.release()
         self._shadow.program.release()
+        if self._nearer:
+            self._nearer.release()
         for part in (self._plan, self._shadow, self._block, *self._buffers()):
             part.release()
 
