@@ -289,7 +289,9 @@ class VisibilityBuffer:
         self._shadow.program.release()
         if self._nearer:
             self._nearer.release()
-        for part in (self._plan, self._shadow, self._block, *self._buffers()):
+        for buffer in self._buffers():
+            buffer.release()
+        for part in (self._plan, self._shadow, self._block):
             part.release()
 
     def _buffers(self) -> tuple[moderngl.Buffer, ...]:
