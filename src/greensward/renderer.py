@@ -139,7 +139,8 @@ class Renderer:
         self._depth = ReversedDepth(ctx)
         self._view_blocks = [BlockBuffer(ctx, VIEW_BLOCK) for _ in range(5)]
         self._shell = shell = shell or best_shell(ctx)
-        self._world = World(ctx, self.scene, heights, shell, scripts)
+        sown = self._technique_type.draws_field(self._settings)
+        self._world = World(ctx, self.scene, heights, shell, scripts, sown)
         self._technique = self._technique_type(ctx, self._world, self._settings)
         self._terrain = Terrain(ctx, self._world, shell, self._technique.last)
         self._solids = Solids(ctx, self._world)
@@ -159,7 +160,7 @@ class Renderer:
     @property
     def blades_in_view(self) -> int:
         """Blades handed to the technique for the last picture, before its own tests."""
-        return sum(seen.blades.items for seen in self._world.seen(self._view)) if self._view else 0
+        return self._technique.considered(self._view) if self._view else 0
 
     @property
     def counts(self) -> Counts:

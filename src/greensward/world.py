@@ -45,7 +45,10 @@ class Seen:
 
 
 class World:
-    """Ground, field, objects and motion of a scene on one context."""
+    """Ground, field, objects and motion of a scene on one context.
+
+    Without `sown` the field stays empty, for a technique that brings blades of its own.
+    """
 
     def __init__(
         self,
@@ -54,10 +57,12 @@ class World:
         heights: HeightField,
         shell: Shell,
         scripts: Mapping[str, Script] | None = None,
+        sown: bool = True,
     ) -> None:
         self.ctx = ctx
         self.scene = scene
         self.shell = shell
+        self._sown = sown
         """Where full-screen passes run."""
         self.ground = GroundGpu(ctx, scene, heights)
         flying, flights = helicopters(scene.wind, heights)
@@ -101,7 +106,8 @@ class World:
             return False
         if self._simulated:
             self._simulated.keep(self.field.pages)
-        self.field.sow(camera_ws, self._slack_m)
+        if self._sown:
+            self.field.sow(camera_ws, self._slack_m)
         self._focus = camera_ws.copy()
         self.views = ()
         return True
@@ -206,6 +212,10 @@ class World:
     def seen(self, view: View) -> Sequence[Seen]:
         """What the view may show, by page of the field."""
         return self._seen.get(view, ())
+
+    def considered(self, view: View) -> int:
+        """Blades that the view may show."""
+        return sum(seen.blades.items for seen in self.seen(view))
 
     def saved(self) -> dict[str, npt.NDArray[Any]]:
         """The memory of the grass, and where the field lies, as arrays. Empty where the scene has no simulation."""

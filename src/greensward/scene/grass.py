@@ -8,7 +8,7 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from greensward.scene.base import Colour, Model, Number, Text, span
+from greensward.scene.base import Colour, FileName, Model, Number, Text, span
 
 Shape = Literal["quad", "triangle", "quadratic", "quadratic-3d", "minimum-width", "triangle-tip", "dandelion"]
 SHAPES: tuple[str, ...] = (
@@ -51,6 +51,11 @@ class Grass(Model):
     """How far the blade arches out of that line."""
     shape: Shape = "quadratic"
     """Outline of the blade."""
+    alpha_texture: FileName | None = None
+    """Picture of the outline, root at the bottom, for techniques that draw blades as textured quads: its alpha, or where
+    that is opaque all over, its brightness. Without one, the outline of `shape`."""
+    diffuse_texture: FileName | None = None
+    """Picture of a blade's colours for the same techniques, root at the bottom. Without one, the colours below."""
     root_colour: Colour = "#3d4f1e"
     """sRGB at the root."""
     tip_colour: Colour = "#7f9a3c"

@@ -26,5 +26,5 @@ Look lookOf(Blade b, Hull h, bool onGround) {
     root = mix(root, 0.9 * tip, 0.85 * far);
     // shaded as the wall of blades that it stands for, turned to the viewer as much as up
     vec3 wall = normalize(0.8 * normalize(toViewer - up * dot(toViewer, up)) + 0.75 * up);
-    return Look(vec4(root, rootRow.w), vec4(tip, mix(tipRow.w, 0.95, far)), b.height / max(sward.canopy_m, 1e-3), far, share, wall);
+    return Look(vec4(root, rootRow.w), vec4(tip, mix(tipRow.w, 0.95, far)), b.height / max(sward.canopy_m, 1e-3), far, share, wall, map.a);
 }

@@ -15,16 +15,13 @@ LEAF_BLOCK = declare(
     ("min_width_px", "float"),
     ("roundness", "float"),
     ("orientation_limit", "float"),  # above 1, blades turn instead of vanishing
+    ("slack_m", "float"),  # how far a blade may be from the curve of its posture, besides its width
 )
 
 
-class LeafSettings(Model):
-    """How finely blades are cut, and how thin they may become."""
+class ThinSettings(Model):
+    """How thin blades may become, and how round they look."""
 
-    error_px: Number = Field(0.7, gt=0, le=100)
-    """A blade gets as many segments as keep it this close to its true curve on the screen."""
-    max_level: Count = Field(12, ge=1, le=64)
-    """Never more segments than this."""
     min_width_px: Number = Field(1.0, ge=0, le=16)
     """Blades are widened to this, so that they neither break up nor vanish edge-on."""
     roundness: Number = Field(0.55, ge=0, le=1)
@@ -37,5 +34,14 @@ class LeafSettings(Model):
 
     def block_values(self) -> dict[str, Any]:
         """Members of the `Leaf` block."""
-        numbers = {name: getattr(self, name) for name, *_ in LEAF_BLOCK.members}
+        numbers = {name: getattr(self, name) for name, *_ in LEAF_BLOCK.members if name in type(self).model_fields}
         return numbers if self.edge_on == "drop" else {**numbers, "orientation_limit": 2.0}
+
+
+class LeafSettings(ThinSettings):
+    """How finely blades are cut, and how thin they may become."""
+
+    error_px: Number = Field(0.7, gt=0, le=100)
+    """A blade gets as many segments as keep it this close to its true curve on the screen."""
+    max_level: Count = Field(12, ge=1, le=64)
+    """Never more segments than this."""

@@ -18,6 +18,7 @@ struct Look {
     float far;   // 0 near to 1 where it stands for many
     float share; // of all area, that is drawn around it
     vec3 wall;   // the normal of what it stands for
+    float mapped; // how much of its colour the vegetation map gives
 };
 
 // Round, not flat: the normal turns across the blade; far away it is the wall's and stops sparkling.

@@ -23,6 +23,10 @@ class Technique(Protocol):
     draws_unstored: ClassVar[bool]
     """Whether it takes pages whose blades its shaders must grow."""
 
+    @staticmethod
+    def draws_field(settings: BaseModel) -> bool:
+        """Whether it draws the blades that the world sows, with these settings; if not, none are sown."""
+
     def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
         """Build every GPU resource."""
 
@@ -37,6 +41,9 @@ class Technique(Protocol):
         in compute shaders its images are bound as shaders/emit.glsl declares them. A test that `scene.culling`
         switches off leaves out nothing.
         """
+
+    def considered(self, view: View) -> int:
+        """Blades of this view that were handed to its tests in the last frame."""
 
     def drawn(self, view: View) -> int:
         """Blades of this view that its tests left to be drawn in the last frame. Waits for the GPU."""

@@ -64,6 +64,11 @@ class BezierBlades:
         self._records = ctx.buffer(reserve=_RECORD_BYTES)
         self._prepared: dict[View, list[_Part]] = {}
 
+    @staticmethod
+    def draws_field(settings: BaseModel) -> bool:  # noqa: ARG004
+        """Always."""
+        return True
+
     def update(self, instant: Instant) -> None:
         """Make room for a record of every blade that some view may show; `draw` fills it once per view."""
         self._prepared.clear()
@@ -107,6 +112,10 @@ class BezierBlades:
 
     def _bind_records(self, part: "_Part") -> None:
         self._records.bind_to_storage_buffer(RECORDS, offset=part.offset, size=_room(part.seen))
+
+    def considered(self, view: View) -> int:
+        """Blades of this view that were handed to its tests in the last frame."""
+        return self._world.considered(view)
 
     def drawn(self, view: View) -> int:
         """Blades that were drawn of this view in the last frame."""

@@ -18,7 +18,7 @@ void main() {
     vec4 place = unpackUnorm4x8(records[shown].look);
     root.rgb *= root.rgb;
     tip.rgb *= tip.rgb;
-    Surface s = leafSurface(Look(root, tip, 4.0 * place.x, place.y, place.z, vec3(0.0)), normalAndHeight.w);
+    Surface s = leafSurface(Look(root, tip, 4.0 * place.x, place.y, place.z, vec3(0.0), 0.0), normalAndHeight.w);
     s.normal_ws = normalAndHeight.xyz;
     s.bladeId = firstId + records[shown].blade;
     s.previousClip = previousClip.xyzz;

@@ -136,6 +136,11 @@ class VisibilityBuffer:
         )
         self._lists, self._drawn = ctx.buffer(bytes(_LISTS_BYTES)), ctx.buffer(reserve=4 * _DRAWN_PARTS)
 
+    @staticmethod
+    def draws_field(settings: BaseModel) -> bool:  # noqa: ARG004
+        """Always."""
+        return True
+
     def update(self, instant: Instant) -> None:
         """Make room for the cells of the largest view and for the lists of the longest run of chunks.
 
@@ -272,6 +277,10 @@ class VisibilityBuffer:
             "timePrevious": instant.previous_time_s,
             "tallest_m": self._world.field.tallest_m,
         }
+
+    def considered(self, view: View) -> int:
+        """Blades of this view that were handed to its tests in the last frame."""
+        return self._world.considered(view)
 
     def drawn(self, view: View) -> int:
         """Blades that were drawn of the picture in the last frame."""

@@ -1,0 +1,59 @@
+// The outline from a blade's alpha texture, the colour from its diffuse texture, the vegetation map or its species.
+#include "shaders/hash.glsl"
+layout(binding = 23) uniform sampler2DArray bladePictures;  // square root of the colour, alpha; a layer for each species
+
+in vec2 uv;
+flat in uvec2 name;
+
+// The outline stays sharp along the longer side of a thin blade: the finer of both derivatives picks the level
+float alphaHere(float layer) {
+    vec2 size = vec2(textureSize(bladePictures, 0).xy);
+    vec2 across = vec2(length(vec2(dFdx(uv.x), dFdy(uv.x))), length(vec2(dFdx(uv.y), dFdy(uv.y)))) * size;
+    return textureLod(bladePictures, vec3(uv, layer), log2(max(min(across.x, across.y), 1.0))).a;
+}
+
+bool isCut(float alpha) {
+#ifdef HASHED
+    // as often as it is opaque, at each point of the blade alike (Wyman & McGuire 2017, "Hashed Alpha Testing")
+    uvec3 point = uvec3(uvec2(uv * vec2(8.0, 64.0)), name.x);
+    return alpha <= clamp(unit(hash3(point).x), 0.02, 0.98);
+#else
+    return alpha < 0.5;
+#endif
+}
+
+#ifdef SHADOW
+void main() {
+    if (isCut(alphaHere(float(name.y)))) discard;
+}
+#else
+#include "shaders/emit.glsl"
+#include "techniques/look.glsl"
+
+in vec3 normal_ws;
+in vec3 previousClip;
+flat in uvec4 look;
+
+uniform uint ownColours;  // bits of the species that have a diffuse texture
+
+// Section 5.1: the components vary by three random values, and a blade is darker near the ground
+vec3 diffuse(vec3 texel, vec3 map, float mapped) {
+    vec3 random = unit(hash3(uvec3(name.x, 17u, 31u)));
+    return mix(texel, map, mapped) * (1.0 + 0.3 * (random - 0.5)) * mix(0.55, 1.0, uv.y);
+}
+
+void main() {
+    if (isCut(alphaHere(float(name.y)))) discard;
+    vec4 root = unpackUnorm4x8(look.x), tip = unpackUnorm4x8(look.y), place = unpackUnorm4x8(look.z);
+    root.rgb *= root.rgb;
+    tip.rgb *= tip.rgb;
+    Surface s = leafSurface(Look(root, tip, 4.0 * place.x, place.y, place.z, vec3(0.0), 0.0), uv.y);
+    vec3 texel = texture(bladePictures, vec3(uv, float(name.y))).rgb;
+    texel *= texel;
+    s.baseColour = (ownColours >> name.y & 1u) != 0u ? diffuse(texel, s.baseColour, place.w) : s.baseColour * texel;
+    s.normal_ws = normal_ws;
+    s.bladeId = name.x;
+    s.previousClip = previousClip.xyzz;
+    emitSurface(s);
+}
+#endif

@@ -1,0 +1,44 @@
+// The one stored patch, drawn at many places: a blade of one of its instances, grown from the maps where it stands.
+#include "sowing/ground_blade.glsl"
+#include "techniques/tessellated_quads/variation.glsl"
+
+struct Stored { float x, z; float random[8]; };  // of a patch of edge 1
+
+layout(std430, binding = 5) readonly buffer Patch { Stored stored[]; };
+layout(std430, binding = 6) readonly buffer Places { ivec2 places[]; };  // of instances, in patches
+
+uniform int firstPlace;
+uniform int chunksPerPatch;  // of 32 blades
+uniform int bladesPerPatch;  // at this density
+uniform int bladesStored;
+uniform float patch_m;
+uniform int variation;
+
+// False beyond the last of a patch
+bool takeStored(out uint index, out ivec2 place, out Stored s) {
+    int chunk = gl_InstanceID % chunksPerPatch;
+    index = uint(32 * chunk + gl_VertexID);
+    if (index >= uint(bladesPerPatch)) return false;
+    place = places[firstPlace + gl_InstanceID / chunksPerPatch];
+    s = stored[index];
+    return true;
+}
+
+// Section 6.2: moved to its instance, hidden by the density map, raised by the height map
+bool growStored(uint index, ivec2 place, Stored s, out Blade b) {
+    vec2 xz = (vec2(place) + vec2(s.x, s.z)) * patch_m;
+    uvec3 bits;
+    for (int k = 0; k < 3; k++) {
+        vec2 p = k == 1 ? xz.yx : xz;
+        float random = varied(variation, s.random[2 * k] + 0.5 * s.random[2 * k + 1], p.x, p.y, ground.size_m[k & 1]);
+        bits[k] = floatBitsToUint(random) ^ floatBitsToUint(s.random[2 * k + 1]);
+    }
+    Seed seed;
+    seed.random = hash3(bits);
+    Clump clump = clumpAt(xz);
+    xz = mix(xz, clump.centre, 0.35 * sward.clumping * unit(seed.random.z));
+    seed.clump = clump.random;
+    seed.rank = (float(index) + 0.5) / float(bladesStored);
+    seed.root = vec3(xz.x, groundHeight(xz), xz.y);
+    return sprout(seed, b);
+}

@@ -1,0 +1,68 @@
+"""What a scene may say about tessellated quads."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from greensward.scene.base import Count, Model, Number, span
+from greensward.techniques.leaf import ThinSettings
+
+MOST_PATCHES = 32
+Level = Annotated[Count, Field(ge=1, le=64)]
+_Corner = tuple[Number, Number]
+
+
+class Patch(Model):
+    """Blades of a part of the ground that differ from the others."""
+
+    from_m: _Corner
+    """Its north-west corner: x and z."""
+    to_m: _Corner
+    """Its south-east corner."""
+    density: Number = Field(1.0, ge=0, le=1)
+    """Part of the blades that stay."""
+    width_m: span(0.0001, 2.0) | None = None  # type: ignore[valid-type]
+    """Width of its blades. Without it, that of their species."""
+    height_m: span(0.001, 20.0) | None = None  # type: ignore[valid-type]
+    """Height of its blades. Without it, that of their species."""
+    bending_m: Annotated[Number, Field(ge=0, le=10)] | None = None
+    """Its own `bending_m`."""
+    smoothness: Level | None = None
+    """Its own `smoothness`."""
+
+    @model_validator(mode="after")
+    def _has_an_area(self) -> Self:
+        if not all(low < high for low, high in zip(self.from_m, self.to_m, strict=True)):
+            raise ValueError(f"to_m must be south-east of from_m (got {list(self.from_m)} and {list(self.to_m)})")
+        return self
+
+
+class Settings(ThinSettings):
+    """How blades are stored, cut, thinned with distance and outlined."""
+
+    mode: Literal["basic", "instanced"] = "basic"
+    """`basic` draws the stored blades of the field; `instanced` stores one patch and draws it everywhere."""
+    patch_m: Number = Field(8.0, ge=1, le=200)
+    """Edge of the stored patch."""
+    densities: Count = Field(4, ge=1, le=8)
+    """How many densities of the stored patch there are, each an even part of it; far patches take lower ones."""
+    variation: Literal["ratio", "share", "sine"] = "sine"
+    """How the place varies the random values of the stored patch: equation 10, 11 or 12."""
+    level: Literal["distance", "size"] = "distance"
+    """What tells how finely a blade is cut: its distance, equation 4, or its size on the screen, equation 5."""
+    smoothness: Level = 8
+    """Quads of a blade that is cut finest."""
+    px_per_quad: Number = Field(6.0, ge=1, le=200)
+    """With `size`, pixels that a quad takes along the blade."""
+    lean: Literal["own", "random"] = "own"
+    """How a blade leans: as it was sown, or by the random offset of equation 3."""
+    bending_m: Number = Field(0.15, ge=0, le=10)
+    """With `random`, the largest offset of a tip to each side."""
+    thinning: Number = Field(0.0, ge=0, le=1)
+    """Part of the blades that is left out at `sowing.reach_m`, at random; less nearer, in proportion to the distance."""
+    shrinking: Number = Field(0.0, ge=0, le=1)
+    """Part of their height that blades lose at `sowing.reach_m`; less nearer, in proportion to the distance."""
+    alpha: Literal["test", "hashed"] = "test"
+    """What cuts the outline out of the quad: a threshold, or one for each point of the blade, which many samples average."""
+    patch: Annotated[tuple[Patch, ...], Field(max_length=MOST_PATCHES)] = ()
+    """Parts of the ground with blades of their own. Where several overlap, the last counts."""
