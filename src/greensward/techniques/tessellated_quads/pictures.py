@@ -55,8 +55,8 @@ def _alpha(scene: Scene, grass: Grass) -> Pixels:
     path = scene.resolve(grass.alpha_texture)
     pixels = read_rgba(path) / 255.0
     alpha = pixels[..., 3] if pixels[..., 3].min() < 1.0 else pixels[..., :3].mean(axis=-1)
-    if alpha.max() < 0.5:
-        raise InputError(f"{path}: grass.alpha_texture: must be opaque or bright somewhere; every blade would be invisible")
+    if alpha.max() == 0.0:
+        raise InputError(f"{path}: grass.alpha_texture: must be opaque or bright somewhere, or no blade would be seen")
     return alpha
 
 
