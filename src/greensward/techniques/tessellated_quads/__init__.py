@@ -14,7 +14,7 @@ from greensward.motion import motion_defines
 from greensward.scene import InputError
 from greensward.techniques.leaf import LEAF_BLOCK
 from greensward.techniques.tessellated_quads.instances import Instances
-from greensward.techniques.tessellated_quads.pictures import own_colours, picture_array
+from greensward.techniques.tessellated_quads.pictures import having, picture_array
 from greensward.techniques.tessellated_quads.settings import Settings
 from greensward.world import CHUNKS, Instant, Seen, World
 
@@ -91,7 +91,8 @@ class TessellatedQuads:
             **{name: getattr(settings, name) for name in ("bending_m", "smoothness", "thinning", "shrinking")},
             "bySize": settings.level == "size",
             "pxPerQuad": settings.px_per_quad,
-            "ownColours": own_colours(self._world.scene),
+            "ownColours": having(self._world.scene, "diffuse_texture"),
+            "ownOutlines": having(self._world.scene, "alpha_texture"),
         }
         if self._instances:
             variations = Settings.model_fields["variation"].annotation.__args__  # type: ignore[union-attr]

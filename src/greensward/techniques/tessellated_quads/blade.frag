@@ -34,23 +34,27 @@ in vec3 normal_ws;
 in vec3 previousClip;
 flat in uvec4 look;
 
-uniform uint ownColours;  // bits of the species that have a diffuse texture
+uniform uint ownColours;   // bits of the species that have a diffuse texture
+uniform uint ownOutlines;  // and of those that have an alpha texture
 
-// Section 5.1: the components vary by three random values, and a blade is darker near the ground
-vec3 diffuse(vec3 texel, vec3 map, float mapped) {
-    vec3 random = unit(hash3(uvec3(name.x, 17u, 31u)));
-    return mix(texel, map, mapped) * (1.0 + 0.3 * (random - 0.5)) * mix(0.55, 1.0, uv.y);
+// Section 5.1: the components vary by three random values, and a blade is darker near the ground,
+// but for far ones, which stand for many.
+vec3 diffuse(vec3 texel, vec3 map, float mapped, float far) {
+    vec3 random = unit(hash3(uvec3(name.x, 17u, 31u))) - 0.5;
+    return mix(texel, map, mapped) * (1.0 + 0.3 * random.x + 0.12 * random.xyz) * mix(0.55, 1.0, max(uv.y, far));
 }
 
 void main() {
-    if (isCut(alphaHere(float(name.y)))) discard;
     vec4 root = unpackUnorm4x8(look.x), tip = unpackUnorm4x8(look.y), place = unpackUnorm4x8(look.z);
+    // far blades stand for many, and what a slender outline leaves out would be a hole in all of them
+    float filled = (ownOutlines >> name.y & 1u) != 0u ? smoothstep(0.1, 0.6, place.y) : 0.0;
+    if (isCut(alphaHere(float(name.y)) + filled)) discard;
     root.rgb *= root.rgb;
     tip.rgb *= tip.rgb;
     Surface s = leafSurface(Look(root, tip, 4.0 * place.x, place.y, place.z, vec3(0.0), 0.0), uv.y);
     vec3 texel = texture(bladePictures, vec3(uv, float(name.y))).rgb;
     texel *= texel;
-    s.baseColour = (ownColours >> name.y & 1u) != 0u ? diffuse(texel, s.baseColour, place.w) : s.baseColour * texel;
+    s.baseColour = (ownColours >> name.y & 1u) != 0u ? diffuse(texel, s.baseColour, place.w, place.y) : s.baseColour * texel;
     s.normal_ws = normal_ws;
     s.bladeId = name.x;
     s.previousClip = previousClip.xyzz;

@@ -44,9 +44,9 @@ def picture_array(ctx: moderngl.Context, scene: Scene) -> moderngl.TextureArray:
     return texture
 
 
-def own_colours(scene: Scene) -> int:
-    """Bits of the species that have a diffuse texture."""
-    return sum(1 << i for i, grass in enumerate(scene.grass) if grass.diffuse_texture)
+def having(scene: Scene, texture: str) -> int:
+    """Bits of the species that have an `alpha_texture` or `diffuse_texture`."""
+    return sum(1 << i for i, grass in enumerate(scene.grass) if getattr(grass, texture))
 
 
 def _alpha(scene: Scene, grass: Grass) -> Pixels:
