@@ -13,7 +13,7 @@ from greensward.gpu.pixel_pass import Shell
 from greensward.gpu.view import View
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
-from greensward.motion import Colliders, Postures, Remembering, Simulated, Winds
+from greensward.motion import Colliders, Forces, Postures, Remembering, Simulated, Winds
 from greensward.objects.helicopter import helicopters
 from greensward.objects.placing import Placing, Script
 from greensward.scene import InputError, Scene
@@ -73,6 +73,7 @@ class World:
         """World from own space of every object, now and a frame ago: float64 (objects, 4, 4)."""
         self.field = Field(ctx, scene, self.ground)
         self._winds = Winds(ctx, scene, heights)
+        self._forces = Forces(ctx, scene)
         self._motion = Postures(ctx, scene)
         self._simulated = self._colliders = None
         if scene.simulation:
@@ -131,6 +132,7 @@ class World:
             self._cull(instant.views)
         self.chunks.bind(CHUNKS)
         self._winds.bind()
+        self._forces.bind()
         self._motion.bind()
         for page, span in self._closed:
             self._motion.take(page, span, instant.time_s, instant.previous_time_s)
@@ -245,7 +247,7 @@ class World:
     def release(self) -> None:
         """Free the GPU resources."""
         self.chunks.release()
-        for part in (self.pyramid, self._simulated, self._colliders, self._winds):
+        for part in (self.pyramid, self._simulated, self._colliders, self._winds, self._forces):
             if part:
                 part.release()
         self._motion.release()

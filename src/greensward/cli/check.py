@@ -44,6 +44,7 @@ def _read(key: str, path: Path, table: Mapping[str, Any]) -> None:
 
     from greensward.io.meshes import read_mesh
     from greensward.io.rasters import read_heights, read_rgba
+    from greensward.motion.outlines import read_outline
     from greensward.scene.errors import InputError
     from greensward.scene.ground import HeightMapGround
 
@@ -54,8 +55,11 @@ def _read(key: str, path: Path, table: Mapping[str, Any]) -> None:
         if isinstance(fur, dict) and fur.get("density_map") and mesh.uv is None:
             raise InputError(f"{path}: has no texture coordinates for grass.density_map")
         return
+    if key.startswith("force") and key.endswith(".outline"):
+        read_outline(path)
+        return
     if key != "ground.file":
-        read_rgba(path)
+        read_rgba(path, coloured=key.startswith("force"))
         return
     try:
         ground = HeightMapGround.model_validate(table)

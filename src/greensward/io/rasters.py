@@ -19,6 +19,7 @@ from greensward.scene.errors import GreenswardError, InputError
 LARGEST_SIDE = 16384
 LARGEST_HEIGHT_M = 100_000.0
 PICTURES = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF", ".webp": "WEBP"}
+_GREY = ("1", "L", "LA", "La", "I", "I;16", "I;16L", "I;16B", "I;16N", "F")
 _READ = ("PNG", "TIFF", "JPEG", "WEBP", "BMP")
 _PICTURE_SPAN_M = (0.0, 10.0)
 _GDAL_NO_DATA = 42113
@@ -83,13 +84,15 @@ def read_heights(
     return _filled(values.astype(np.float32, copy=False), known)
 
 
-def read_rgba(path: Path) -> npt.NDArray[np.uint8]:
+def read_rgba(path: Path, coloured: bool = False) -> npt.NDArray[np.uint8]:
     """A picture as sRGB and alpha, uint8 of shape (rows, columns, 4), top row first.
 
     Grey is repeated into all colours, 16 bits become 8, and without alpha it is 255 throughout.
-    Raises `InputError` for a file that cannot be read or is no picture.
+    Raises `InputError` for a file that cannot be read or is no picture, or with `coloured` for a grey one.
     """
     with open_file(path) as stream, _picture(path, stream) as picture:
+        if coloured and picture.mode in _GREY:
+            raise InputError(f"{path}: is a grey picture, and it needs red, green and blue; save it in colours")
         if picture.mode == "F":
             raise InputError(f"{path}: holds floating-point values; save it as a picture of 8 bits")
         if picture.mode.startswith("I"):

@@ -2,6 +2,7 @@
 #include "shaders/blade.glsl"
 #include "shaders/bezier.glsl"
 #include "motion/wind.glsl"
+#include "motion/force_map.glsl"
 #include "block/Motion"
 
 const int NATURAL = 0, YAN_2024 = 1, JAHRMANN_2017 = 2;
@@ -64,15 +65,29 @@ void correctState(Blade b, vec3 up, inout vec3 tip, out vec3 control) {
     keepLength(vec3(0.0), control, tip, b.height);
 }
 
+// Where a blade rests without wind and weight: upright, or as far down as it is pressed
+vec3 idleTip(Blade b, vec3 up, vec3 force) {
+    vec3 control = 0.5 * b.height * up, tip = b.height * up;
+    press(b, up, force, control, tip);
+    return tip;
+}
+
+// What is pressed down lies below the wind
+Air below(Air air, vec3 force) {
+    float free = 1.0 - pressedBy(force);
+    return Air(free * air.wind, free * air.blast);
+}
+
 // Where forces and recovery balance: a few long steps from rest, none so long that it would throw the blade over
-void balance(Blade b, Air air, out vec3 control, out vec3 tip) {
-    vec3 up = bladeUp(b), front, side, pull = pullAt(bladeRoot(b)), idle = b.height * up;
+void balance(Blade b, Air air, vec3 force, out vec3 control, out vec3 tip) {
+    vec3 up = upUnder(b, bladeUp(b), force), front, side, pull = pullAt(bladeRoot(b)), idle = idleTip(b, up, force);
     bladeFrame(up, b.facing, front, side);
+    air = below(air, force);
     tip = idle;
     for (int i = 0; i < 8; i++) {
-        vec3 force = push(b, air, tip, up, front, pull);
-        float dt = min(1.0 / recovery(b), 0.5 * b.height / max(length(force), 1e-6));
-        tip = relaxed(tip, idle, force, recovery(b), dt);
+        vec3 moving = push(b, air, tip, up, front, pull);
+        float dt = min(1.0 / recovery(b), 0.5 * b.height / max(length(moving), 1e-6));
+        tip = relaxed(tip, idle, moving, recovery(b), dt);
         correctState(b, up, tip, control);
     }
 }

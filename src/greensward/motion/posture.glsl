@@ -4,6 +4,7 @@
 #include "shaders/bezier.glsl"
 #include "motion/wind.glsl"
 #include "motion/forces.glsl"
+#include "motion/force_map.glsl"
 
 const float MOST_LEAN = 1.25;         // radians, in a storm
 const float HALF_LEAN_MPS = 7.0;      // speed at which a blade of middling stiffness leans half of that
@@ -31,8 +32,9 @@ vec3 sag(Blade b, vec3 up, vec3 pull) {
     return (1.0 - 0.6 * b.stiffness) * (0.55 * b.height * across + 0.6 * max(down, 0.0) * (b.height * up - tip));
 }
 
-void standInWind(Blade b, float time_s, out vec3 v1, out vec3 v2) {
-    vec3 root = bladeRoot(b), up = bladeUp(b);
+// `off` is the up of what it must keep off
+void standInWind(Blade b, float time_s, out vec3 off, out vec3 v1, out vec3 v2) {
+    vec3 root = bladeRoot(b), up = bladeUp(b), force = forceOn(b, time_s);
     vec3 sunk = sag(b, up, pullAt(root));
     v1 = bladeControl(b) - root + 0.3 * sunk;
     v2 = bladeTip(b) - root + sunk;
@@ -51,14 +53,18 @@ void standInWind(Blade b, float time_s, out vec3 v1, out vec3 v2) {
 
     float tip = leanAt(max(speed + bob.y, 0.0), b.stiffness), middle = leanAt(max(speed + bob.x, 0.0), b.stiffness);
     float swayTip = sway.y / (abs(sway.y) + 9.0), swayMiddle = sway.x / (abs(sway.x) + 9.0);
-    v2 += b.height * (sin(tip) * downwind - (1.0 - cos(tip)) * up * 0.8 + swayTip * crosswind);
-    v1 += 0.32 * b.height * (sin(middle) * downwind + swayMiddle * crosswind);
+    float free = b.height * (1.0 - pressedBy(force));
+    v2 += free * (sin(tip) * downwind - (1.0 - cos(tip)) * up * 0.8 + swayTip * crosswind);
+    v1 += 0.32 * free * (sin(middle) * downwind + swayMiddle * crosswind);
 
-    keepOff(b, up, v1, v2);
+    off = upUnder(b, up, force);
+    press(b, off, force, v1, v2);
+    keepOff(b, off, v1, v2);
 }
 
 // How a blade stands that nothing has moved before: in the form of the scene's simulation, without its memory
 void stand(Blade b, float time_s, out vec3 v1, out vec3 v2) {
-    if (FORM == NATURAL) standInWind(b, time_s, v1, v2);
-    else balance(b, windAt(bladeRoot(b), time_s), v1, v2);
+    vec3 up;
+    if (FORM == NATURAL) standInWind(b, time_s, up, v1, v2);
+    else balance(b, windAt(bladeRoot(b), time_s), forceOn(b, time_s), v1, v2);
 }

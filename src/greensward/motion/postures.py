@@ -7,6 +7,7 @@ import moderngl
 from greensward.culling import Span
 from greensward.gpu.blocks import BlockBuffer, declare
 from greensward.gpu.program import build_compute, put
+from greensward.motion.force_map import absent_forces
 from greensward.motion.winds import absent_kinds
 from greensward.scene import Scene, Simulation
 from greensward.sowing import Page
@@ -41,7 +42,7 @@ def motion_values(settings: Simulation | None) -> dict[str, object]:
 def motion_defines(scene: Scene) -> dict[str, object]:
     """What to define for shaders of motion, so that they hold what the scene needs and no more."""
     form = scene.simulation.form if scene.simulation else FORMS[0]
-    return {"FORM": FORMS.index(form), **absent_kinds(scene.wind)}
+    return {"FORM": FORMS.index(form), **absent_kinds(scene.wind), **absent_forces(scene)}
 
 
 class Postures:

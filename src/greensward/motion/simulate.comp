@@ -38,7 +38,7 @@ void swing(Blade b, vec3 target, float dt, inout vec3 tip, inout vec3 velocity) 
 
 void stepNatural(Blade b, int instant, vec3 up, float time_s, float dt, inout State s, out vec3 control) {
     vec3 root = bladeRoot(b), v1, v2, tip = stateTip(s), velocity = stateVelocity(s);
-    standInWind(b, time_s, v1, v2);
+    standInWind(b, time_s, up, v1, v2);
     // time goes slowly for what lies pressed: it stays down for a while, and then comes up
     float free = 1.0 - s.pressed;
     swing(b, v2, dt * max(free * free * free, 0.02), tip, velocity);
@@ -55,9 +55,10 @@ void stepNatural(Blade b, int instant, vec3 up, float time_s, float dt, inout St
 }
 
 void stepPapers(Blade b, int instant, vec3 up, vec3 front, float time_s, float dt, inout State s, out vec3 control) {
-    vec3 root = bladeRoot(b), tip = stateTip(s);
-    vec3 force = push(b, windAt(root, time_s), tip, up, front, pullAt(root));
-    tip = relaxed(tip, b.height * up, force, recovery(b) * freedom(s.pressed), dt);
+    vec3 root = bladeRoot(b), tip = stateTip(s), force = forceOn(b, time_s);
+    up = upUnder(b, up, force);
+    vec3 moving = push(b, below(windAt(root, time_s), force), tip, up, front, pullAt(root));
+    tip = relaxed(tip, idleTip(b, up, force), moving, recovery(b) * freedom(s.pressed), dt);
     correctState(b, up, tip, control);
     if (collide(b, instant, root, control, tip, s.pressed)) correctState(b, up, tip, control);
     setTip(s, tip);

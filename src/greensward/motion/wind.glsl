@@ -14,6 +14,7 @@ struct Air {
 #include "motion/blast.glsl"
 #include "motion/whirl.glsl"
 #include "motion/texture.glsl"
+#include "motion/ripples.glsl"
 
 // A scene's shaders leave out the kinds that it has not: a CPU driver runs every case for every blade.
 Air windAt(vec3 p, float time_s) {
@@ -46,6 +47,9 @@ Air windAt(vec3 p, float time_s) {
 #endif
 #ifndef NO_TEXTURE
         if (kind == 7) one = paintedWind(a, b, c, seed, p, time_s);
+#endif
+#ifndef NO_RIPPLES
+        if (kind == 8) one = ripples(a, b, c, seed, p, time_s);
 #endif
         sum.wind += one.wind;
         sum.blast += one.blast;

@@ -16,6 +16,7 @@ from greensward.scene import (
     Gusts,
     Helicopter,
     Random,
+    Ripples,
     Scene,
     Strong,
     Texture,
@@ -29,7 +30,7 @@ ROWS = 3
 PICTURES_UNIT = 15
 
 WINDS_BLOCK = declare("Winds", 3, ("rows", "vec4", MOST_WINDS * ROWS), ("count", "int"), ("seed", "uint"))
-KINDS: tuple[type, ...] = (Gusts, Strong, Helicopter, Random, Waves, Blast, Whirl, Texture)
+KINDS: tuple[type, ...] = (Gusts, Strong, Helicopter, Random, Waves, Blast, Whirl, Texture, Ripples)
 """In the order of the cases in `motion/wind.glsl`."""
 
 
@@ -58,6 +59,9 @@ def _numbers(wind: Wind, heights: HeightField | None, first_picture: int) -> Seq
             return *_above(wind.centre_m, heights), wind.power_mps, wind.rate
         case Whirl():
             return *_above(wind.centre_m, heights), wind.power_mps, wind.swirl_mps, wind.rate
+        case Ripples():
+            lengths = wind.wave_m, wind.swell_m, wind.front_m
+            return *_towards(wind.direction_deg), wind.speed_mps, *lengths, wind.epsilon, wind.rate_hz
         case Texture():
             return wind.speed_mps, 0.0, wind.rate_hz, *wind.size_m, first_picture, len(wind.files)
 

@@ -2,12 +2,24 @@
 
 from greensward.scene.errors import GreenswardError, InputError, SceneError
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
+from greensward.scene.force import Footprints, ForceMap, Stamp, Tracks
 from greensward.scene.grass import Grass
 from greensward.scene.ground import FlatGround, HeightMapGround, NoGround, NoiseGround
 from greensward.scene.light import Camera, Post, Sky, Sun
 from greensward.scene.objects import Box, Capsule, Cylinder, Fur, Mesh, Path, Sphere
 from greensward.scene.scene import Scene
-from greensward.scene.wind import Blast, Gusts, Helicopter, Random, Simulation, Strong, Texture, Waves, Whirl
+from greensward.scene.wind import (
+    Blast,
+    Gusts,
+    Helicopter,
+    Random,
+    Ripples,
+    Simulation,
+    Strong,
+    Texture,
+    Waves,
+    Whirl,
+)
 
 __all__ = [
     "Blast",
@@ -17,6 +29,8 @@ __all__ = [
     "Culling",
     "Cylinder",
     "FlatGround",
+    "Footprints",
+    "ForceMap",
     "Fur",
     "Grass",
     "GreenswardError",
@@ -31,6 +45,7 @@ __all__ = [
     "Path",
     "Post",
     "Random",
+    "Ripples",
     "Scene",
     "SceneError",
     "Shadows",
@@ -38,10 +53,12 @@ __all__ = [
     "Sky",
     "Sowing",
     "Sphere",
+    "Stamp",
     "Strong",
     "Sun",
     "TechniqueChoice",
     "Texture",
+    "Tracks",
     "Waves",
     "Whirl",
 ]

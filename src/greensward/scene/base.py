@@ -36,6 +36,10 @@ def span(low: float, high: float) -> Any:
 Colour = Annotated[str, Strict(), AfterValidator(_hex_colour)]
 _Coordinate = Annotated[float, Strict(), Field(ge=-1_000_000, le=1_000_000)]
 Point = tuple[_Coordinate, _Coordinate, _Coordinate]
+Spot = tuple[_Coordinate, _Coordinate]
+"""On the ground: x and z."""
+Place = tuple[_Coordinate, _Coordinate, Annotated[float, Strict(), Field(ge=-360, le=360)]]
+"""On the ground: x, z and a turn in degrees."""
 Size = tuple[Annotated[float, Strict(), Field(gt=0, le=100_000)], Annotated[float, Strict(), Field(gt=0, le=100_000)]]
 
 

@@ -7,6 +7,7 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from greensward.scene.base import Count, Model, Text
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
+from greensward.scene.force import Force
 from greensward.scene.grass import Grass
 from greensward.scene.ground import FlatGround, Ground
 from greensward.scene.light import Camera, Post, Sky, Sun
@@ -29,6 +30,8 @@ class Scene(Model):
     """Where blades grow."""
     wind: tuple[Wind, ...] = Field((Gusts(),), max_length=8)
     """Winds; they add up."""
+    force: Annotated[tuple[Force, ...], Field(max_length=8)] = ()
+    """What presses the grass of the ground down or pushes it aside; they add up. Grass on objects feels none."""
     simulation: Simulation | None = None
     """How blades remember. Without it, none does."""
     growth: Growth | None = None

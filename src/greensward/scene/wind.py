@@ -118,6 +118,29 @@ class Whirl(Model):
     """Radians per second by which its rings move on."""
 
 
+class Ripples(Model):
+    """Two overlapping waves that run downwind behind bowed fronts (Jahrmann & Wimmer 2013, Eq. 9).
+
+    The paper does not give the constants of its formula; these suit a meadow of metres.
+    """
+
+    kind: Literal["ripples"]
+    direction_deg: Direction = 90.0
+    """Where it blows from, clockwise from north (−z); at 90 the formula's axes are x and z."""
+    speed_mps: Speed = 6.0
+    """Greatest speed, to and fro."""
+    wave_m: Length = 7.0
+    """From crest to crest: 2 / c1."""
+    swell_m: Length = 31.0
+    """Wavelength of the wave that overlaps it: 2 / c3."""
+    front_m: Length = 12.0
+    """Distance across the wind between the tips of the fronts: 1 / c2."""
+    epsilon: Number = Field(0.08, ge=0.001, le=10)
+    """Keeps the fronts' tips from running ahead without end: they lead by 1 / (4 epsilon) metres at most."""
+    rate_hz: Annotated[Number, Field(gt=0, le=100)] = 0.3
+    """Crests per second at one place: the formula's t is 2π / c1 times this, a second."""
+
+
 class Texture(Model):
     """Wind painted as pictures: red blows towards east (+x), green towards south (+z), middle grey is calm."""
 
@@ -132,7 +155,9 @@ class Texture(Model):
     """Pictures per second."""
 
 
-Wind = Annotated[Gusts | Strong | Helicopter | Random | Waves | Blast | Whirl | Texture, Field(discriminator="kind")]
+Wind = Annotated[
+    Gusts | Strong | Helicopter | Random | Waves | Blast | Whirl | Texture | Ripples, Field(discriminator="kind")
+]
 
 
 class Simulation(Model):

@@ -1,0 +1,80 @@
+// What presses the grass of the ground down or pushes it aside (Jahrmann & Wimmer 2013, section 5.2): layers that add up.
+#include "shaders/blade.glsl"
+
+#ifndef NO_FORCES
+#include "block/Forces"
+
+layout(binding = 16) uniform sampler2DArray forceMaps;  // x, up, z, and seconds from the start until it presses
+
+const float PRESSING_S = 0.15;  // from the first touch to the full weight
+const float FADING = 3.0;
+
+// How much of a press there is so long after it: it comes down at once, or was there from the beginning, and goes as
+// exp(-3 age / fades_s), less what that is at the end
+float pressLeft(float age_s, float fades_s, bool always) {
+    float end = exp(-FADING), part = clamp(age_s / max(fades_s, 1e-6), 0.0, 1.0);
+    float left = fades_s > 0.0 ? (exp(-FADING * part) - end) / (1.0 - end) : 1.0;
+    return always ? left : left * smoothstep(0.0, PRESSING_S, age_s);
+}
+
+vec3 layerAt(int i, vec2 xz, float time_s) {
+    vec4 a = forces.rows[3 * i], b = forces.rows[3 * i + 1], c = forces.rows[3 * i + 2];
+    vec2 p = xz - a.xy, q = vec2(a.z * p.x - a.w * p.y, a.w * p.x + a.z * p.y);
+    if (any(greaterThan(abs(q), b.xy))) return vec3(0.0);
+    // in texels, and not beyond the middle of the last, next to which another layer's may lie
+    vec2 at = clamp((0.5 * q / b.xy + 0.5) * b.zw, vec2(0.5), b.zw - 0.5) / vec2(textureSize(forceMaps, 0).xy);
+    vec4 found = textureLod(forceMaps, vec3(at, float(i)), 0.0);
+    found.xyz *= pressLeft(time_s - c.x - found.w, c.y, c.z != 0.0);
+    return vec3(a.z * found.x + a.w * found.z, found.y, a.z * found.z - a.w * found.x);
+}
+
+// In heights of the blade, at most 1 long
+vec3 forceAt(vec2 xz, float time_s) {
+    vec3 sum = vec3(0.0);
+    for (int i = 0; i < forces.count; i++) sum += layerAt(i, xz, time_s);
+    return sum / max(length(sum), 1.0);
+}
+#endif
+
+// On a blade; those on objects feel none
+vec3 forceOn(Blade b, float time_s) {
+#ifdef NO_FORCES
+    return vec3(0.0);
+#else
+    return (b.look & 64u) != 0u ? vec3(0.0) : forceAt(vec2(b.x, b.z), time_s);
+#endif
+}
+
+float pressedBy(vec3 force) { return clamp(-force.y, 0.0, 1.0); }
+
+// The up that a blade lies flat to: its own, and the more it is pressed, that of the ground
+vec3 upUnder(Blade b, vec3 up, vec3 force) {
+#ifdef NO_FORCES
+    return up;
+#else
+    float down = pressedBy(force);
+    return down > 0.0 ? normalize(mix(up, groundUnder(b), down)) : up;
+#endif
+}
+
+// Jahrmann & Wimmer 2013, section 5.2: the force is added to the offset of the upper vertices. In the paper blades have no
+// length to keep; here what goes down must go aside, the way that the blade leans already. Points are relative to the root.
+void press(Blade b, vec3 up, vec3 force, inout vec3 v1, inout vec3 v2) {
+#ifndef NO_FORCES
+    float h = b.height, down = pressedBy(force);
+    vec3 front, side, push = vec3(force.x, 0.0, force.z);
+    bladeFrame(up, b.facing, front, side);
+    push -= dot(push, up) * up;
+    v2 += h * (push + force.y * up);
+    v1 += h * (0.32 * push + 0.5 * force.y * up);
+    // some springier than others
+    v2 += up * max((0.06 + 0.07 * bladeRandom(b)) * h * down - dot(v2, up), 0.0);
+
+    vec3 aside = v2 - dot(v2, up) * up;
+    float away = length(aside), tall = dot(v2, up);
+    vec3 way = aside + 0.1 * h * front;
+    way /= max(length(way), 1e-6);
+    v2 += down * max(sqrt(max(0.94 * h * h - tall * tall, 0.0)) - away, 0.0) * way;
+    v1 = mix(v1, h * (0.45 * way + 0.1 * up), down);
+#endif
+}
