@@ -20,6 +20,7 @@ from greensward.gpu.timers import PassTimers
 from greensward.gpu.view import VIEW_BLOCK, View, look, view_values
 from greensward.ground import HeightField
 from greensward.objects.placing import Script
+from greensward.passes.flowers import BillboardFlowers
 from greensward.passes.gbuffer import BladePixels, GBuffer
 from greensward.passes.heads import Heads
 from greensward.passes.lighting import Lighting
@@ -145,6 +146,7 @@ class Renderer:
         self._terrain = Terrain(ctx, self._world, shell, self._technique.last)
         self._solids = Solids(ctx, self._world)
         self._heads = Heads(ctx, self._world)
+        self._flowers = BillboardFlowers(ctx, self._world)
         self._shadows = ShadowMaps(ctx, self._world)
         self._gbuffer = GBuffer(ctx, size, self._depth, shell)
         self._blade_pixels = BladePixels(ctx)
@@ -292,6 +294,7 @@ class Renderer:
         with self._stage("draw"):
             with self.timers.measure("move"):
                 self._technique.update(instant)
+                self._flowers.update(instant)
             for slot, (shadow_view, framebuffer) in enumerate(
                 zip(shadow_views, self._shadows.framebuffers, strict=False), start=1
             ):
@@ -371,14 +374,15 @@ class Renderer:
         self.ctx.enable_only(moderngl.DEPTH_TEST)
         objects, ground = ("objects", self._solids.draw), ("ground", self._terrain.draw)
         grass, heads = ("grass", self._technique.draw), ("heads", self._heads.draw)
+        flowers = "flowers", self._flowers.draw
         passes: list[tuple[str, Callable[[View], None]]]
         if self._technique.last:
-            passes = [objects, heads, ground, grass]
+            passes = [objects, heads, flowers, ground, grass]
         elif hiding and self._world.pyramid:
-            passes = [objects, ground, grass, heads]
+            passes = [objects, ground, grass, heads, flowers]
         else:
             # the ground last: where grass hides it, its shader does not run
-            passes = [objects, grass, heads, ground]
+            passes = [objects, grass, heads, flowers, ground]
         if hiding and self._world.pyramid:
             passes.insert(passes.index(ground) + 1, ("ground", self._build_pyramid))
         for name, draw in passes:
@@ -415,6 +419,7 @@ class Renderer:
             for part in (
                 self._technique,
                 self._heads,
+                self._flowers,
                 self._solids,
                 self._terrain,
                 self._shadows,

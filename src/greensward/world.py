@@ -80,6 +80,7 @@ class World:
             self._colliders = Colliders(ctx, self.objects, heights, scripts or {}, scene.resolve)
             self._simulated = Simulated(ctx, scene, self._colliders)
         self.has_meshes = any(thing.drawn for thing in self.objects) or any(g.head != "none" for g in scene.grass)
+        self.has_meshes |= bool(scene.flowers)
         """Whether a picture may show objects, flowers or seed heads, which have triangles."""
         self.chunks = ChunkTable(ctx)
         hills = heights.there and heights.highest_m > heights.lowest_m

@@ -274,7 +274,9 @@ def test_levels(renderer):
     near = {"position_m": [0.0, 0.5, 1.5], "target_m": [0.0, 0.2, -1.0]}
     images = {
         (level, smoothness): renderer(
-            _scene({"level": level, "smoothness": smoothness}, camera=near, grass=[{**GRASS, "tilt_deg": [50.0, 70.0]}])
+            _scene(
+                {"level": level, "smoothness": smoothness}, camera=near, grass=[{**GRASS, "tilt_deg": [50.0, 70.0]}]
+            )
         )
         .render()
         .image.astype(int)
@@ -369,7 +371,13 @@ def test_hashed_alpha_shows_in_the_mean_what_is_half_transparent(renderer, tmp_p
     sheer[..., 3] = 100
     cover = {}
     for alpha in ("test", "hashed"):
-        scene = _blade_scene(tmp_path, {"sheer.png": sheer}, {"alpha_texture": "sheer.png"}, {"alpha": alpha}, shadows={"enabled": False})
+        scene = _blade_scene(
+            tmp_path,
+            {"sheer.png": sheer},
+            {"alpha_texture": "sheer.png"},
+            {"alpha": alpha},
+            shadows={"enabled": False},
+        )
         cover[alpha] = (renderer(scene).render(aovs=["class"]).truth["class"] == _GRASS).mean()
     solid = np.full((16, 16, 4), 255, np.uint8)
     scene = _blade_scene(tmp_path, {"solid.png": solid}, {"alpha_texture": "solid.png"})
@@ -455,7 +463,9 @@ def test_the_hierarchy_finds_what_testing_each_patch_finds(grid):
     ]
     made = Grid(5.0, *grid, (-0.5, 1.5), 0.7)
     nodes, shown, away = patches_in_view(made, views, views[0].camera_ws, 60.0)
-    every = np.stack(np.meshgrid(*(np.arange(*ends) for ends in zip(*grid, strict=True)), indexing="ij"), -1).reshape(-1, 2)
+    every = np.stack(np.meshgrid(*(np.arange(*ends) for ends in zip(*grid, strict=True)), indexing="ij"), -1).reshape(
+        -1, 2
+    )
     low, high = every * 5.0 - 0.7, (every + 1) * 5.0 + 0.7
     corners = np.stack(
         np.broadcast_arrays(
@@ -488,7 +498,9 @@ def test_the_hierarchy_looks_at_few_nodes_of_a_large_field(monkeypatch):
     view = _view({"position_m": [0.0, 1.7, 4.0], "target_m": [0.0, 1.0, -20.0]})
     for each_way in (64, 16384):
         looked.clear()
-        nodes, *_ = patches_in_view(Grid(5.0, (-each_way,) * 2, (each_way,) * 2, (-0.5, 1.5), 0.7), [view], view.camera_ws, 60.0)
+        nodes, *_ = patches_in_view(
+            Grid(5.0, (-each_way,) * 2, (each_way,) * 2, (-0.5, 1.5), 0.7), [view], view.camera_ws, 60.0
+        )
         assert sum(looked) < 8 * len(nodes)
 
 

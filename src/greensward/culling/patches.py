@@ -40,7 +40,9 @@ def patches_in_view(
     Distance is from the camera to the nearest point of the patch, in metres, and at most `reach_m`.
     """
     planes = np.concatenate([view.planes_ws() for view in views])
-    edges = np.array([1 << max(int(high - low - 1).bit_length(), 0) for low, high in zip(grid.low, grid.high, strict=True)])
+    edges = np.array(
+        [1 << max(int(high - low - 1).bit_length(), 0) for low, high in zip(grid.low, grid.high, strict=True)]
+    )
     nodes = np.array([grid.low], np.int64)
     while True:
         low = np.maximum(nodes, grid.low) * grid.patch_m - grid.margin_m

@@ -2,6 +2,7 @@
 
 from greensward.scene.errors import GreenswardError, InputError, SceneError
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
+from greensward.scene.flowers import Flowers
 from greensward.scene.force import Footprints, ForceMap, Stamp, Tracks
 from greensward.scene.grass import Grass
 from greensward.scene.ground import FlatGround, HeightMapGround, NoGround, NoiseGround
@@ -29,6 +30,7 @@ __all__ = [
     "Culling",
     "Cylinder",
     "FlatGround",
+    "Flowers",
     "Footprints",
     "ForceMap",
     "Fur",

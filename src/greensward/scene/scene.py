@@ -7,6 +7,7 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from greensward.scene.base import Count, Model, Text
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
+from greensward.scene.flowers import MOST_FLOWERS, Flowers
 from greensward.scene.force import Force
 from greensward.scene.grass import Grass
 from greensward.scene.ground import FlatGround, Ground
@@ -26,6 +27,8 @@ class Scene(Model):
     """What the grass stands on."""
     grass: tuple[Grass, ...] = Field((Grass(),), max_length=16)
     """Species, mixed by share."""
+    flowers: Annotated[tuple[Flowers, ...], Field(max_length=MOST_FLOWERS)] = ()
+    """Plants that are pictures."""
     sowing: Sowing = Sowing()
     """Where blades grow."""
     wind: tuple[Wind, ...] = Field((Gusts(),), max_length=8)

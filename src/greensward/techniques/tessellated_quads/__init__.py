@@ -80,7 +80,9 @@ class TessellatedQuads:
     def _slack_m(self) -> float:
         """How far from its root a blade may reach: its own offset, and what moves it added to that."""
         settings = self._settings
-        tallest = max([self._world.field.tallest_m, *(1.5 * each.height_m[1] for each in settings.patch if each.height_m)])
+        tallest = max(
+            [self._world.field.tallest_m, *(1.5 * each.height_m[1] for each in settings.patch if each.height_m)]
+        )
         if settings.lean == "own":
             return 1.25 * tallest
         return 3.75 * tallest + 2.0 * max([settings.bending_m, *(each.bending_m or 0.0 for each in settings.patch)])
@@ -150,7 +152,13 @@ class TessellatedQuads:
         still = tuple(np.eye(4).ravel())
         put(array.program, timeNow=instant.time_s, timePrevious=instant.previous_time_s, previousFromNow=still)
         for group in instances.groups.get(view, ()):
-            put(array.program, firstId=1, firstPlace=group.first, chunksPerPatch=group.chunks, bladesPerPatch=group.blades)
+            put(
+                array.program,
+                firstId=1,
+                firstPlace=group.first,
+                chunksPerPatch=group.chunks,
+                bladesPerPatch=group.blades,
+            )
             array.render(moderngl.PATCHES, vertices=CHUNK, instances=group.count * group.chunks)
 
     def _draw_field(self, view: View) -> None:

@@ -56,7 +56,9 @@ def _alpha(scene: Scene, grass: Grass) -> Pixels:
     pixels = read_rgba(path) / 255.0
     alpha = pixels[..., 3] if pixels[..., 3].min() < 1.0 else pixels[..., :3].mean(axis=-1)
     if alpha.max() == 0.0:
-        raise InputError(f"{path}: grass.alpha_texture: must be opaque or bright somewhere, or no blade would be seen")
+        raise InputError(
+            f"{path}: grass.alpha_texture: must be opaque or bright somewhere, or no blade would be seen"
+        )
     return alpha
 
 
