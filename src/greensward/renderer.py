@@ -20,6 +20,7 @@ from greensward.gpu.timers import PassTimers
 from greensward.gpu.view import VIEW_BLOCK, View, look, view_values
 from greensward.ground import HeightField
 from greensward.objects.placing import Script
+from greensward.passes.blur import Blur
 from greensward.passes.flowers import BillboardFlowers
 from greensward.passes.gbuffer import BladePixels, GBuffer
 from greensward.passes.heads import Heads
@@ -151,6 +152,7 @@ class Renderer:
         self._gbuffer = GBuffer(ctx, size, self._depth, shell)
         self._blade_pixels = BladePixels(ctx)
         self._lighting = Lighting(ctx, self.scene, size, shell)
+        self._blur = Blur(ctx, size, shell) if self.scene.post.blur != "off" else None
         self._post = Post(ctx, size, shell, averaged=not self.temporal)
         self._temporal = Temporal(ctx, size, shell) if self.temporal else None
 
@@ -272,8 +274,9 @@ class Renderer:
             self._gbuffer = GBuffer(self.ctx, size, self._depth, self._shell)
             self._lighting.resize(size)
             self._post.resize(size)
-            if self._temporal:
-                self._temporal.resize(size)
+            for part in (self._blur, self._temporal):
+                if part:
+                    part.resize(size)
         self.size = size
         self._previous = None
 
@@ -324,6 +327,9 @@ class Renderer:
                     truth = read_truth(self._gbuffer, aovs)
                 with self.timers.measure("light"):
                     light = self._lighting.shade(self._gbuffer, self._shadows, shadow_views, sample)
+                if self._blur:
+                    with self.timers.measure("blur"):
+                        light = self._blur.run(light, self._gbuffer)
                 with self.timers.measure("post"):
                     picture = self._post.accumulate(light, sample)
                 if progress is not None:
@@ -427,7 +433,7 @@ class Renderer:
                 self._blade_pixels,
                 self._lighting,
                 self._post,
-                *([self._temporal] if self._temporal else []),
+                *(part for part in (self._blur, self._temporal) if part),
                 self._world,
                 *self._view_blocks,
             ):

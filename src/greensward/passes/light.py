@@ -27,6 +27,11 @@ LIGHT_BLOCK = declare(
     ("vignette", "float"),
     ("filmic", "int"),
     ("sample_index", "int"),
+    ("blur", "int"),
+    ("blur_near_m", "float"),
+    ("blur_far_m", "float"),
+    ("darkening", "float"),
+    ("darkening_m", "float"),
     ("open_below", "int"),  # no ground: sky below the horizon too
 )
 _SUN = np.array([1.0, 0.97, 0.93]) * 20.0  # irradiance above the air of a sun of strength 1
@@ -52,6 +57,11 @@ def light_values(scene: Scene) -> dict[str, object]:
         "sky_strength": sky.strength,
         "saturation": post.saturation,
         "vignette": post.vignette,
+        "blur": ("off", "average", "gaussian").index(post.blur),
+        "blur_near_m": post.blur_near_m,
+        "blur_far_m": max(scene.camera.far_m, 2.0 * post.blur_near_m),
+        "darkening": post.darkening,
+        "darkening_m": post.darkening_m,
         "filmic": int(post.tone_map == "filmic"),
         "open_below": int(isinstance(scene.ground, NoGround)),
     }

@@ -65,3 +65,11 @@ class Post(Model):
     """1 leaves colours as they are, 0 is grey."""
     vignette: Number = Field(0.15, ge=0, le=1)
     """Darkening towards the corners."""
+    blur: Literal["off", "average", "gaussian"] = "off"
+    """Blurs what is far, over seven by seven pixels at most (Jahrmann & Wimmer 2013); things that are nearer do not spread."""
+    blur_near_m: Number = Field(2.0, gt=0, le=1000)
+    """Nothing nearer is blurred; at seven times this distance the blur is nearly full."""
+    darkening: Number = Field(0.0, ge=0, le=1)
+    """How much darker grass, flowers and ground are at `darkening_m`; less nearer, in proportion to the distance."""
+    darkening_m: Number = Field(300.0, gt=0, le=100_000)
+    """Distance at which they are darkest."""

@@ -31,7 +31,7 @@ class Lighting:
             sky_mean=(*(up / np.pi), 0.0),
             exposure=exposure(scene, up),
         )
-        self._radiance = ctx.texture(size, 4, dtype="f2")
+        self._allocate(size)
         self._shadow_views: Sequence[View] | None = None
 
     def shade(
@@ -55,7 +55,11 @@ class Lighting:
     def resize(self, size: tuple[int, int]) -> None:
         """Light pictures of another size from now on."""
         self._radiance.release()
+        self._allocate(size)
+
+    def _allocate(self, size: tuple[int, int]) -> None:
         self._radiance = self._ctx.texture(size, 4, dtype="f2")
+        self._radiance.repeat_x = self._radiance.repeat_y = False
 
     def release(self) -> None:
         """Free the GPU resources."""
