@@ -16,7 +16,7 @@ float depthValue(float depth_m, float near_m, float far_m) {
 // Of the middle, of both pixels one and two steps aside, and of the one three steps aside; each side's sum with the middle's
 // is 1. The depth value is the middle's weight, down to what it has in the filter that blurs most.
 vec3 weights(float value, bool gaussian) {
-    vec3 w = gaussian ? vec3(0.2249, 0.1943 + 0.1254, 0.0675) : vec3(1.0, 2.0, 1.0) / 7.0;
+    vec3 w = gaussian ? vec3(0.2330, 0.1997 + 0.1256, 0.0581) : vec3(1.0, 2.0, 1.0) / 7.0;
     float middle = max(value, w.x);
     return vec3(middle, w.yz * (1.0 - middle) / (1.0 - w.x));
 }
@@ -37,7 +37,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 w = weights(depthValue(depth_m, light.blur_near_m, light.blur_far_m), light.blur == 2);
     vec4 sum = w.x * vec4(texelFetch(radiance, pixel, 0).rgb, 1.0);
     // where the filter between two pixels weighs them as they should be
-    float between = light.blur == 2 ? 1.392 : 1.5;
+    float between = light.blur == 2 ? 1.386 : 1.5;
     sum += tap(pixel, -between, w.y, least_m) + tap(pixel, between, w.y, least_m);
     sum += tap(pixel, -3.0, w.z, least_m) + tap(pixel, 3.0, w.z, least_m);
     result[0] = vec4(sum.rgb / sum.w, 1.0);
