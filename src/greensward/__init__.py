@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         TechniqueChoice,
         Texture,
         Tracks,
+        Water,
         Waves,
         Whirl,
     )
@@ -102,6 +103,7 @@ __all__ = [
     "TechniqueChoice",
     "Texture",
     "Tracks",
+    "Water",
     "Waves",
     "Whirl",
     "dump",

@@ -30,6 +30,7 @@ from greensward.passes.shadows import ShadowMaps
 from greensward.passes.solids import Solids
 from greensward.passes.temporal import Moment, Temporal
 from greensward.passes.terrain import Terrain
+from greensward.passes.water import WaterPass
 from greensward.scene import Camera, InputError, Scene
 from greensward.techniques import chosen
 from greensward.truth import Truth, camera_record, read_truth
@@ -37,6 +38,7 @@ from greensward.viewpoint import camera_view, jitter, place
 from greensward.world import Instant, World
 
 _FRAME_S = 1.0 / 30.0
+_MIRROR_SLOT, _CLIP_DISTANCE = 5, 0x3000
 _LONGEST_S = 1e9  # single precision tells no seconds apart long before
 
 
@@ -123,6 +125,7 @@ class Renderer:
         self._seen_from: tuple[Camera, tuple[int, int]] | None = None
         self._all_views: tuple[View, ...]
         self._shadow_views: tuple[View, ...]
+        self._mirror: View | None = None
         self._lit_by: tuple[View, ...] | None = None
         self._previous: Moment | None = None
         self._time_s = 0.0
@@ -139,7 +142,7 @@ class Renderer:
         self.size = size
         self.timers = PassTimers(ctx)
         self._depth = ReversedDepth(ctx)
-        self._view_blocks = [BlockBuffer(ctx, VIEW_BLOCK) for _ in range(5)]
+        self._view_blocks = [BlockBuffer(ctx, VIEW_BLOCK) for _ in range(6)]
         self._shell = shell = shell or best_shell(ctx)
         sown = self._technique_type.draws_field(self._settings)
         self._world = World(ctx, self.scene, heights, shell, scripts, sown)
@@ -152,6 +155,8 @@ class Renderer:
         self._gbuffer = GBuffer(ctx, size, self._depth, shell)
         self._blade_pixels = BladePixels(ctx)
         self._lighting = Lighting(ctx, self.scene, size, shell)
+        water = self.scene.water
+        self._water = WaterPass(ctx, self.scene, water, size, self._depth, shell) if water else None
         self._blur = Blur(ctx, size, shell) if self.scene.post.blur != "off" else None
         self._post = Post(ctx, size, shell, averaged=not self.temporal)
         self._temporal = Temporal(ctx, size, shell) if self.temporal else None
@@ -274,7 +279,7 @@ class Renderer:
             self._gbuffer = GBuffer(self.ctx, size, self._depth, self._shell)
             self._lighting.resize(size)
             self._post.resize(size)
-            for part in (self._blur, self._temporal):
+            for part in (self._water, self._blur, self._temporal):
                 if part:
                     part.resize(size)
         self.size = size
@@ -307,26 +312,19 @@ class Renderer:
                 self._surfaces(framebuffer, shadow_view, slot)
             self._lit_by = shadow_views
             for sample in range(first, first + self.samples):
-                with self.timers.measure("clear"):
-                    self._gbuffer.clear(rastered=not self._technique.last or self._world.has_meshes)
-                with self._depth.drawing():
-                    offset_px = jitter(0 if self._temporal and aovs else sample)  # truth is of the pixels' centres
-                    values = view_values(view, previous_view, offset_px)
-                    jittered = "jittered_clip_from_relative"
-                    values[jittered] = self._depth.matrix(values[jittered])
-                    self._view_blocks[0].set(**values)
-                    self._gbuffer.depth.use(14)
-                    self._gbuffer.bind_images()
-                    self._surfaces(self._gbuffer.framebuffer, view, 0, hiding=sample == first)
-                with self.timers.measure("ground"):
-                    self._terrain.paint(self._gbuffer)
+                offset_px = jitter(0 if self._temporal and aovs else sample)  # truth is of the pixels' centres
+                mirrored = self._mirrored(offset_px, shadow_views, sample)
+                self._unlit(self._gbuffer, view, 0, previous_view, offset_px, sample == first or mirrored is not None)
+                with self.timers.measure("light"):
+                    light = self._lighting.shade(self._gbuffer, self._shadows, shadow_views, sample)
+                if self._water:
+                    with self.timers.measure("water"):
+                        light = self._water.cover(light, mirrored, self._gbuffer, time_s)
                 if sample == first:
                     with self.timers.measure("post"):
                         self._blade_pixels.count(self._gbuffer)
-                if sample == first and aovs:
-                    truth = read_truth(self._gbuffer, aovs)
-                with self.timers.measure("light"):
-                    light = self._lighting.shade(self._gbuffer, self._shadows, shadow_views, sample)
+                    if aovs:
+                        truth = read_truth(self._gbuffer, aovs)
                 if self._blur:
                     with self.timers.measure("blur"):
                         light = self._blur.run(light, self._gbuffer)
@@ -345,6 +343,40 @@ class Renderer:
         self._view, self._counts = view, None
         self._handed = self.blades_in_view, self._world.blades_simulated
         return truth
+
+    def _unlit(
+        self,
+        gbuffer: GBuffer,
+        view: View,
+        slot: int,
+        previous_view: View,
+        offset_px: tuple[float, float],
+        hiding: bool,
+    ) -> None:
+        """A G-buffer filled with all surfaces that a view shows."""
+        with self.timers.measure("clear" if slot == 0 else "water"):
+            gbuffer.clear(rastered=not self._technique.last or self._world.has_meshes)
+        with self._depth.drawing():
+            values = view_values(view, previous_view, offset_px)
+            jittered = "jittered_clip_from_relative"
+            values[jittered] = self._depth.matrix(values[jittered])
+            self._view_blocks[slot].set(**values)
+            gbuffer.depth.use(14)
+            gbuffer.bind_images()
+            self._surfaces(gbuffer.framebuffer, view, slot, hiding)
+        with self.timers.measure("ground" if slot == 0 else "water"):
+            self._terrain.paint(gbuffer)
+
+    def _mirrored(
+        self, offset_px: tuple[float, float], shadow_views: Sequence[View], sample: int
+    ) -> moderngl.Texture | None:
+        """The light of what the water mirrors, if it does."""
+        water, view = self._water, self._mirror
+        if not (water and view and water.gbuffer and water.lighting):
+            return None
+        self._unlit(water.gbuffer, view, _MIRROR_SLOT, view, offset_px, hiding=True)
+        with self.timers.measure("water"):
+            return water.lighting.shade(water.gbuffer, self._shadows, shadow_views, sample)
 
     def _move(self, time_s: float, camera: Camera) -> Instant:
         """Sow around the camera if need be, and move the grass on to an instant."""
@@ -367,10 +399,11 @@ class Renderer:
     def _views(self, camera: Camera) -> tuple[View, tuple[View, ...]]:
         """The camera's view and those of its shadow maps; the same objects while neither camera nor size change."""
         if self._seen_from != (camera, self.size):
-            self._seen_from = camera, self.size
             view = camera_view(camera, self._world.ground.heights, self.size)
             self._picture, self._shadow_views = view, self._shadows.views(view)
-            self._all_views = view, *self._shadow_views
+            self._mirror = self._water.mirror(view) if self._water else None
+            self._all_views = view, *self._shadow_views, *([self._mirror] if self._mirror else [])
+            self._seen_from = camera, self.size
         return self._picture, self._shadow_views
 
     def _surfaces(self, target: moderngl.Framebuffer, view: View, slot: int, hiding: bool = False) -> None:
@@ -378,6 +411,9 @@ class Renderer:
         self._view_blocks[slot].bind()
         target.use()
         self.ctx.enable_only(moderngl.DEPTH_TEST)
+        mirrored = slot == _MIRROR_SLOT
+        if mirrored:
+            self.ctx.enable_direct(_CLIP_DISTANCE)
         objects, ground = ("objects", self._solids.draw), ("ground", self._terrain.draw)
         grass, heads = ("grass", self._technique.draw), ("heads", self._heads.draw)
         flowers = "flowers", self._flowers.draw
@@ -392,12 +428,15 @@ class Renderer:
         if hiding and self._world.pyramid:
             passes.insert(passes.index(ground) + 1, ("ground", self._build_pyramid))
         for name, draw in passes:
-            with self.timers.measure(name if view.purpose == "picture" else "shadows"):
+            told = "shadows" if view.purpose == "shadow" else "water" if mirrored else name
+            with self.timers.measure(told):
                 draw(view)
+        if mirrored:
+            self.ctx.disable_direct(_CLIP_DISTANCE)
 
-    def _build_pyramid(self, view: View) -> None:  # noqa: ARG002
+    def _build_pyramid(self, view: View) -> None:
         assert self._world.pyramid
-        self._world.pyramid.build(self._gbuffer.depth.size)
+        self._world.pyramid.build(view.size_px)
 
     def _check_size(self, size: tuple[int, int]) -> None:
         if self.ctx.version_code < 430:
@@ -433,7 +472,7 @@ class Renderer:
                 self._blade_pixels,
                 self._lighting,
                 self._post,
-                *(part for part in (self._blur, self._temporal) if part),
+                *(part for part in (self._water, self._blur, self._temporal) if part),
                 self._world,
                 *self._view_blocks,
             ):

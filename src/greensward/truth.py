@@ -12,7 +12,7 @@ from greensward.passes.gbuffer import GBuffer
 from greensward.scene import Camera, InputError
 
 AOVS = ("depth", "normal", "class", "blade-id", "motion", "albedo")
-CLASSES = {"sky": 0, "ground": 1, "grass": 2, "flower": 3, "object": 4}
+CLASSES = {"sky": 0, "ground": 1, "grass": 2, "flower": 3, "object": 4, "water": 5}
 
 Truth = dict[str, npt.NDArray[Any]]
 

@@ -55,6 +55,7 @@ float shareAtMost(float distance_m, float least_m) {
 // 1 where the blade is fully there, less while it grows in, 0 where it is left out.
 float presence(Blade b, float distance_m) {
     float rank = bladeRank(b);
+    if (b.y < view.clip_below_m || (view.low_detail != 0 && (b.look & 32u) == 0u)) return 0.0;
 #ifdef ALL_DISTANCES
     return rank > view.density || view.density <= 0.0 || distance_m >= sward.reach_m ? 0.0 : 1.0;
 #else

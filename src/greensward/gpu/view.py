@@ -1,7 +1,7 @@
 """What a draw call looks from: a camera, or the sun for a shadow map."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -30,6 +30,8 @@ VIEW_BLOCK = declare(
     ("jitter", "vec2"),  # of this sample, in clip space
     ("pixel_m", "vec2"),  # a pixel's size at depth d is x * d + y
     ("density", "float"),  # part of the blades to draw; the rest are widened
+    ("clip_below_m", "float"),  # nothing below this height shows
+    ("low_detail", "int"),  # only blades of the low-detail subset
 )
 
 
@@ -47,6 +49,10 @@ class View:
     camera_pixel_m: float
     """A pixel of the picture a metre from the camera."""
     density: float = 1.0
+    clip_below_m: float = -1e9
+    """Height in the world below which nothing shows; a mirrored view must leave out what lies under water."""
+    low_detail: bool = False
+    """Whether only blades of the density map's low-detail subset show."""
     rays_ws: Matrix = field(default_factory=lambda: np.zeros((3, 3)))
     """Rows: through the middle of a perspective picture, and what half its width and height add."""
 
@@ -72,6 +78,25 @@ class View:
         result = moved.copy()
         result[:3, 3] += moved[:3, :3] @ self.origin_ws - self.origin_ws
         return result
+
+    def mirrored(self, level_m: float, size_px: tuple[int, int]) -> "View":
+        """A perspective view of the world as a level plane mirrors it, in a picture of this size and place for place alike."""
+        flip = np.diag([1.0, -1.0, 1.0, 1.0])
+        flip[1, 3] = 2.0 * level_m
+        x, y, z, w = self.axis_ws
+        larger = self.size_px[1] / size_px[1]
+        return replace(
+            self,
+            clip_from_world=self.clip_from_world @ flip,
+            eye_ws=flip @ self.eye_ws,
+            axis_ws=np.array([x, -y, z, w + 2.0 * level_m * y]),
+            size_px=size_px,
+            pixel_m=(self.pixel_m[0] * larger, self.pixel_m[1]),
+            camera_pixel_m=self.camera_pixel_m * larger,
+            rays_ws=self.rays_ws * np.array([1.0, -1.0, 1.0]),
+            clip_below_m=level_m,
+            low_detail=True,
+        )
 
     @property
     def near_and_far_m(self) -> tuple[float, float]:
@@ -107,6 +132,8 @@ def view_values(view: View, previous: View, offset_px: tuple[float, float] = (0.
         "jitter": jitter,
         "pixel_m": view.pixel_m,
         "density": view.density,
+        "clip_below_m": view.clip_below_m,
+        "low_detail": int(view.low_detail),
     }
 
 

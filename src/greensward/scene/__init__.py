@@ -9,6 +9,7 @@ from greensward.scene.ground import FlatGround, HeightMapGround, NoGround, Noise
 from greensward.scene.light import Camera, Post, Sky, Sun
 from greensward.scene.objects import Box, Capsule, Cylinder, Fur, Mesh, Path, Sphere
 from greensward.scene.scene import Scene
+from greensward.scene.water import Water
 from greensward.scene.wind import (
     Blast,
     Gusts,
@@ -61,6 +62,7 @@ __all__ = [
     "TechniqueChoice",
     "Texture",
     "Tracks",
+    "Water",
     "Waves",
     "Whirl",
 ]

@@ -13,6 +13,7 @@ from greensward.scene.grass import Grass
 from greensward.scene.ground import FlatGround, Ground
 from greensward.scene.light import Camera, Post, Sky, Sun
 from greensward.scene.objects import Object
+from greensward.scene.water import Water
 from greensward.scene.wind import Gusts, Simulation, Wind
 
 
@@ -41,6 +42,8 @@ class Scene(Model):
     """How the grass grows. Without it, it is full-grown."""
     object: Annotated[tuple[Object, ...], Field(max_length=1000)] = ()
     """Objects in the grass."""
+    water: Water | None = None
+    """A lake. Without it, there is none."""
     sun: Sun = Sun()
     """Where the sun stands."""
     sky: Sky = Sky()

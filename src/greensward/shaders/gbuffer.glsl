@@ -2,7 +2,7 @@
 #include "shaders/octahedral.glsl"
 #include "block/View"
 
-const uint CLASS_SKY = 0u, CLASS_GROUND = 1u, CLASS_GRASS = 2u, CLASS_FLOWER = 3u, CLASS_OBJECT = 4u;
+const uint CLASS_SKY = 0u, CLASS_GROUND = 1u, CLASS_GRASS = 2u, CLASS_FLOWER = 3u, CLASS_OBJECT = 4u, CLASS_WATER = 5u;
 
 // the square root keeps dark greens from banding in 8 bits
 vec4 packColour(vec3 baseColour, float transmittance) {

@@ -19,7 +19,7 @@ flat out float tint;
 void main() {
     Flower f = flowers[firstFlower + gl_InstanceID];
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-    if (f.root.w <= 0.0) return;
+    if (f.root.w <= 0.0 || f.root.y < view.clip_below_m) return;
     float v = 0.5 * float(gl_VertexID >> 1), across = float(gl_VertexID & 1) - 0.5;
     vec3 root = f.root.xyz - view.origin_ws.xyz;
     vec3 toEye = view.eye_rs.xyz - root * view.eye_rs.w;

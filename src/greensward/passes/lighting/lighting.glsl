@@ -1,6 +1,6 @@
 // Light for every pixel of the G-buffer, once, the same for every technique.
 #include "shaders/gbuffer.glsl"
-#include "passes/sky/sky.glsl"
+#include "passes/sky/surroundings.glsl"
 #include "ground/ground.glsl"
 
 layout(binding = 5) uniform sampler2DShadow shadow0;
@@ -57,16 +57,6 @@ float sunlit(vec3 p, vec3 normal, bool broad, float turn) {
     return 1.0;
 }
 
-// Irradiance from spherical harmonics of the sky (Ramamoorthi & Hanrahan 2001, equation 10; factors folded in)
-vec3 skyIrradiance(vec3 n) {
-    const float a0 = 3.141593, a1 = 2.094395, a2 = 0.785398;
-    vec3 e = a0 * 0.282095 * light.sky_sh[0].rgb;
-    e += a1 * 0.488603 * (n.y * light.sky_sh[1].rgb + n.z * light.sky_sh[2].rgb + n.x * light.sky_sh[3].rgb);
-    e += a2 * 1.092548 * (n.x * n.y * light.sky_sh[4].rgb + n.y * n.z * light.sky_sh[5].rgb + n.x * n.z * light.sky_sh[7].rgb);
-    e += a2 * (0.315392 * (3.0 * n.z * n.z - 1.0) * light.sky_sh[6].rgb + 0.546274 * (n.x * n.x - n.y * n.y) * light.sky_sh[8].rgb);
-    return max(e, 0.0);
-}
-
 // GGX with Schlick's Fresnel and Smith's visibility (Heitz 2014; approximation of Hammon 2017)
 float gloss(vec3 n, vec3 v, vec3 l, float roughness) {
     vec3 h = normalize(v + l);
@@ -76,14 +66,6 @@ float gloss(vec3 n, vec3 v, vec3 l, float roughness) {
     float visible = 0.5 / mix(2.0 * nl * nv, nl + nv, a);
     float f = 0.04 + 0.96 * pow(1.0 - vh, 5.0);
     return min(d * visible * f, 8.0) * nl;
-}
-
-vec3 throughAir(vec3 colour, vec3 ray, float distance_m) {
-    // haze near the ground is what dims the distance; the table holds what it adds
-    vec3 loss = RAYLEIGH + vec3(mieScatter() * 1.11);
-    vec3 through = exp(-loss * distance_m * 1e-3);
-    vec3 level = normalize(vec3(ray.x, max(ray.y, 0.0) + 0.015, ray.z));
-    return colour * through + clearSky(level) * (1.0 - through);
 }
 
 bool shade(ivec2 pixel, out vec4 result[TARGETS]) {

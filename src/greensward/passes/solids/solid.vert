@@ -24,5 +24,6 @@ void main() {
     local = corner;
     colour = vec4(mix(paint.rgb, tint.rgb, tint.w), paint.w);
     previousClip = view.previous_clip_from_relative * vec4(before_ws - view.origin_ws.xyz, 1.0);
+    gl_ClipDistance[0] = position_ws.y - view.clip_below_m;
     gl_Position = view.jittered_clip_from_relative * vec4(position_ws - view.origin_ws.xyz, 1.0);
 }

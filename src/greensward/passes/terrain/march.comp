@@ -40,6 +40,10 @@ float firstRoot(float g0, float middle, float g1) {
 // The depth at which a ray meets the ground
 float march(vec3 eye, vec3 ray) {
     float t = range_m.x;
+    if (eye.y < view.clip_below_m) {
+        if (ray.y <= 0.0) return NOWHERE;
+        t = max(t, (view.clip_below_m - eye.y) / ray.y);
+    }
     if (eye.y + ray.y * t > relief_m.y) {
         if (ray.y >= 0.0) return NOWHERE;
         t = (relief_m.y - eye.y) / ray.y;

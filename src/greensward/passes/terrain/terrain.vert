@@ -15,5 +15,6 @@ void main() {
     vec3 position_ws = vec3(xz.x, groundHeight(xz), xz.y);
     vec4 position_rs = vec4(position_ws - view.origin_ws.xyz, 1.0);
     previousClip = view.previous_clip_from_relative * position_rs;
+    gl_ClipDistance[0] = position_ws.y - view.clip_below_m;
     gl_Position = view.jittered_clip_from_relative * position_rs;
 }
