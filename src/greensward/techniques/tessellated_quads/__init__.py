@@ -14,7 +14,7 @@ from greensward.motion import motion_defines
 from greensward.scene import InputError
 from greensward.techniques.leaf import LEAF_BLOCK
 from greensward.techniques.tessellated_quads.instances import Instances
-from greensward.techniques.tessellated_quads.pictures import having, picture_array
+from greensward.techniques.tessellated_quads.pictures import coloured, picture_array, slender
 from greensward.techniques.tessellated_quads.settings import Settings
 from greensward.world import CHUNKS, Instant, Seen, World
 
@@ -93,8 +93,8 @@ class TessellatedQuads:
             **{name: getattr(settings, name) for name in ("bending_m", "smoothness", "thinning", "shrinking")},
             "bySize": settings.level == "size",
             "pxPerQuad": settings.px_per_quad,
-            "ownColours": having(self._world.scene, "diffuse_texture"),
-            "ownOutlines": having(self._world.scene, "alpha_texture"),
+            "ownColours": coloured(self._world.scene),
+            "slender": slender(self._world.scene),
         }
         if self._instances:
             variations = Settings.model_fields["variation"].annotation.__args__  # type: ignore[union-attr]

@@ -34,8 +34,8 @@ in vec3 normal_ws;
 in vec3 previousClip;
 flat in uvec4 look;
 
-uniform uint ownColours;   // bits of the species that have a diffuse texture
-uniform uint ownOutlines;  // and of those that have an alpha texture
+uniform uint ownColours;  // bits of the species that have a diffuse texture
+uniform uint slender;    // and of those with an outline that leaves out most of the quad
 
 // Section 5.1: the components vary by three random values, and a blade is darker near the ground,
 // but for far ones, which stand for many.
@@ -47,7 +47,7 @@ vec3 diffuse(vec3 texel, vec3 map, float mapped, float far) {
 void main() {
     vec4 root = unpackUnorm4x8(look.x), tip = unpackUnorm4x8(look.y), place = unpackUnorm4x8(look.z);
     // far blades stand for many, and what a slender outline leaves out would be a hole in all of them
-    float filled = (ownOutlines >> name.y & 1u) != 0u ? smoothstep(0.1, 0.6, place.y) : 0.0;
+    float filled = (slender >> name.y & 1u) != 0u ? smoothstep(0.1, 0.6, place.y) : 0.0;
     if (isCut(alphaHere(float(name.y)) + filled)) discard;
     root.rgb *= root.rgb;
     tip.rgb *= tip.rgb;

@@ -44,9 +44,14 @@ def picture_array(ctx: moderngl.Context, scene: Scene) -> moderngl.TextureArray:
     return texture
 
 
-def having(scene: Scene, texture: str) -> int:
-    """Bits of the species that have an `alpha_texture` or `diffuse_texture`."""
-    return sum(1 << i for i, grass in enumerate(scene.grass) if getattr(grass, texture))
+def coloured(scene: Scene) -> int:
+    """Bits of the species that have a diffuse texture."""
+    return sum(1 << i for i, grass in enumerate(scene.grass) if grass.diffuse_texture)
+
+
+def slender(scene: Scene) -> int:
+    """Bits of the species whose alpha texture leaves out much more than the outline of a leaf does."""
+    return sum(1 << i for i, grass in enumerate(scene.grass) if _alpha(scene, grass).mean() < 0.4)
 
 
 def _alpha(scene: Scene, grass: Grass) -> Pixels:
