@@ -13,7 +13,7 @@ const float FADING = 3.0;
 // exp(-3 age / fades_s), less what that is at the end
 float pressLeft(float age_s, float fades_s, bool always) {
     float end = exp(-FADING), part = clamp(age_s / max(fades_s, 1e-6), 0.0, 1.0);
-    float left = fades_s > 0.0 ? (exp(-FADING * part) - end) / (1.0 - end) : 1.0;
+    float left = fades_s <= 0.0 ? 1.0 : part < 1.0 ? (exp(-FADING * part) - end) / (1.0 - end) : 0.0;
     return always ? left : left * smoothstep(0.0, PRESSING_S, age_s);
 }
 

@@ -47,8 +47,10 @@ void bladeFrame(vec3 up, float facing, out vec3 front, out vec3 side) {
     side = cross(up, front);
 }
 
-// The up of what it grows on. On the ground a blade's own is turned from the vertical towards that by about a third.
+// The up of what it grows on. On the ground a blade's own is normalize(mix(vertical, that, 0.35)), which this undoes.
 vec3 groundUnder(Blade b) {
     vec3 up = bladeUp(b);
-    return (b.look & 64u) != 0u ? up : normalize(vec3(2.86, 1.0, 2.86) * up);
+    if ((b.look & 64u) != 0u) return up;
+    float along = 0.65 * up.y + sqrt(max(0.4225 * up.y * up.y - 0.3, 0.0));
+    return normalize(along * up - vec3(0.0, 0.65, 0.0));
 }
