@@ -46,11 +46,3 @@ void bladeFrame(vec3 up, float facing, out vec3 front, out vec3 side) {
     front = cos(facing) * e1 + sin(facing) * e2;
     side = cross(up, front);
 }
-
-// The up of what it grows on. On the ground a blade's own is normalize(mix(vertical, that, 0.35)), which this undoes.
-vec3 groundUnder(Blade b) {
-    vec3 up = bladeUp(b);
-    if ((b.look & 64u) != 0u) return up;
-    float along = 0.65 * up.y + sqrt(max(0.4225 * up.y * up.y - 0.3, 0.0));
-    return normalize(along * up - vec3(0.0, 0.65, 0.0));
-}
