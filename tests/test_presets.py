@@ -9,7 +9,8 @@ from greensward.techniques import TECHNIQUES
 from small_scenes import small_scene
 
 _PRESETS = ("jahrmann2017-balls", "meadow", "planet", "yan2024-helicopter", "yan2024-random", "yan2024-strong")
-_WINDS = [{"kind": kind} for kind in ("gusts", "strong", "helicopter", "random", "waves", "blast", "whirl")]
+_KINDS = ("gusts", "strong", "helicopter", "random", "waves", "blast", "whirl", "ripples")
+_WINDS = [{"kind": kind} for kind in _KINDS]
 
 
 def thin(scene: gs.Scene) -> gs.Scene:

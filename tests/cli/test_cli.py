@@ -237,6 +237,72 @@ def test_new_touches_nothing_that_is_there(greensward, tmp_path):
     assert [path.name for path in (tmp_path / "full").iterdir()] == ["notes"]
 
 
+def test_check_reads_what_forces_name(greensward, tmp_path):
+    Image.new("L", (4, 4), 255).save(tmp_path / "light.png")
+    (tmp_path / "a.toml").write_text(
+        "[[force]]\nkind = 'map'\nfile = 'light.png'\n"
+        "[[force]]\nkind = 'stamp'\noutline = 'light.png'\nplaces = [[0, 0, 0]]\n"
+    )
+    code, _, err = greensward("check", "a.toml")
+    assert code == 2
+    assert err.splitlines() == [
+        "a.toml: force[0].file: light.png: is a grey picture, and it needs red, green and blue; save it in colours",
+        "a.toml: force[1].outline: light.png: nothing in it is dark, so nothing would press",
+    ]
+
+
+def _disc(path, side=64):
+    x = np.arange(side) - 0.5 * (side - 1)
+    Image.fromarray(np.where(np.hypot(x[None], x[:, None]) < 0.25 * side, 0, 255).astype(np.uint8)).save(path)
+
+
+def test_stamp_makes_a_force_map_of_an_outline(greensward, tmp_path):
+    _disc(tmp_path / "disc.png")
+    code, out, err = greensward("stamp", "disc.png", "-o", "force.png", "--impact", "10")
+    assert (code, err) == (0, "")
+    assert out == 'force.png: 64×64; name it as file of a [[force]] with kind = "map"\n'
+    with Image.open(tmp_path / "force.png") as picture:
+        assert picture.mode == "RGB"
+        pixels = np.array(picture)
+    assert pixels[32, 32].tolist() == [128, 1, 128]  # down
+    assert pixels[1, 1].tolist() == [128, 128, 128]  # none
+    assert pixels[32, 48, 0] > 230 > 140 > pixels[32, 52, 0] - 60  # eastwards at its east border, and less beyond
+    assert pixels[32, 60].tolist() == [128, 128, 128]
+    assert pixels[48, 32, 2] > 230
+    assert pixels[15, 32, 2] < 30
+    greensward("stamp", "disc.png", "-o", "half.tif", "--impact", "10", "--pressure", "0.5")
+    with Image.open(tmp_path / "half.tif") as picture:
+        assert np.array(picture)[32, 32].tolist() == [128, 64, 128]
+    (tmp_path / "a.toml").write_text("[[force]]\nkind = 'map'\nfile = 'force.png'\n")
+    assert greensward("check", "a.toml")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("light.png", "-o", "f.png", "--impact", "9"), "light.png: nothing in it is dark, so nothing would press\n"),
+        (("no.png", "-o", "f.png", "--impact", "9"), "no.png: no such file\n"),
+        (("disc.png", "-o", "f.jpg", "--impact", "9"), "f.jpg: the file's name must end in one of .png, .tif, .tiff"),
+        (("disc.png", "-o", "no/f.png", "--impact", "9"), "no/f.png: there is no folder no; make it first\n"),
+        (("disc.png", "-o", "disc.png", "--impact", "9"), "disc.png: would overwrite the outline; choose another"),
+        (("disc.png", "-o", "f.png", "--impact", "0"), "must be a number of pixels above 0, at most 512 (got 0)"),
+        (("disc.png", "-o", "f.png", "--impact", "nan"), "must be a number of pixels above 0, at most 512 (got nan)"),
+        (("disc.png", "-o", "f.png", "--impact", "9", "--pressure", "2"), "must be a number from 0 to 1 (got 2)"),
+        (("disc.png", "-o", "f.png"), "--impact"),
+        (("line.png", "-o", "f.png", "--impact", "9"), "line.png: must be 2 to 4096 pixels a side (got 8×1)\n"),
+    ],
+)
+def test_stamp_refuses_in_one_sentence(greensward, tmp_path, arguments, told):
+    _disc(tmp_path / "disc.png")
+    Image.new("L", (8, 8), 255).save(tmp_path / "light.png")
+    Image.new("L", (8, 1), 0).save(tmp_path / "line.png")
+    before = sorted(tmp_path.iterdir())
+    code, out, err = greensward("stamp", *arguments)
+    assert (code, out) == (2, "")
+    assert told in err
+    assert sorted(tmp_path.iterdir()) == before
+
+
 def test_check_tells_all_problems_at_once_also_of_files(greensward, tmp_path):
     Image.new("RGB", (4, 4), "red").save(tmp_path / "red.png")
     (tmp_path / "short.png").write_bytes((tmp_path / "red.png").read_bytes()[:40])
@@ -258,7 +324,7 @@ def test_check_tells_all_problems_at_once_also_of_files(greensward, tmp_path):
     assert (code, json.loads(out)) == (0, {"ok": True, "errors": []})
 
 
-@pytest.mark.parametrize("command", [(), ("render",), ("scenes",), ("new",), ("check",), ("info",)])
+@pytest.mark.parametrize("command", [(), ("render",), ("scenes",), ("new",), ("check",), ("info",), ("stamp",)])
 def test_help_shows_examples(greensward, command):
     code, out, _ = greensward(*command, "--help")
     assert code == 0

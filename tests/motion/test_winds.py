@@ -24,6 +24,10 @@ _HELICOPTER = {
 _RANDOM_WIND = {"kind": "random", "power_mps": 4.0, "period_s": 3.0}
 _WAVES = {"kind": "waves", "direction_deg": 75.0, "speed_mps": 7.0, "rate_hz": 0.3}
 _BLAST = {"kind": "blast", "centre_m": [1.0, 2.0, -4.0], "power_mps": 90.0, "rate": 4.0}
+_RIPPLES = {
+    "kind": "ripples", "direction_deg": 200.0, "speed_mps": 8.0, "wave_m": 5.0, "swell_m": 23.0, "front_m": 9.0,
+    "epsilon": 0.1, "rate_hz": 0.4,
+}  # fmt: skip
 _WHIRL = {"kind": "whirl", "centre_m": [-3.0, 1.5, 2.0], "power_mps": 40.0, "swirl_mps": 6.0, "rate": 1.5}
 
 
@@ -56,13 +60,15 @@ def _expected(kind: str, p: np.ndarray, t: float) -> np.ndarray:
             return wind_kinds.random(p, t, 5, 4.0, 3.0)
         case "waves":
             return wind_kinds.waves(p, t, 75.0, 7.0, 0.3)
+        case "ripples":
+            return wind_kinds.ripples(p, t, *(value for name, value in _RIPPLES.items() if name != "kind"))
         case "whirl":
             return wind_kinds.whirl(p, t, _WHIRL["centre_m"], 40.0, 6.0, 1.5)
         case _:
             return wind_kinds.blast(p, t, _BLAST["centre_m"], 90.0, 4.0)
 
 
-_KINDS = {wind["kind"]: wind for wind in (_STRONG, _HELICOPTER, _RANDOM_WIND, _WAVES, _BLAST, _WHIRL)}
+_KINDS = {wind["kind"]: wind for wind in (_STRONG, _HELICOPTER, _RANDOM_WIND, _WAVES, _BLAST, _WHIRL, _RIPPLES)}
 
 
 @pytest.mark.parametrize("time_s", [0.0, 2.7, -5.0, 100.0])
@@ -74,6 +80,33 @@ def test_a_wind_is_its_formula(ctx, kind, time_s):
     assert np.abs(got - expected).max() < 1e-3 * max(np.abs(expected).max(), 1.0) * (1 + 0.1 * abs(time_s))
     if not (kind == "random" and time_s == 0):
         assert np.abs(expected).max() > 0.5
+
+
+def test_ripples_are_as_published_along_the_axes(ctx):
+    """With the formula's own constants c1 = 0.5, c2 = 0.25, c3 = 0.125, eps = 0.1 and t = 0.8 at 1 s."""
+    wind = {"kind": "ripples", "speed_mps": 1.0, "wave_m": 4.0, "swell_m": 16.0, "front_m": 4.0, "epsilon": 0.1}
+    p = _points()
+    x, _, z = p.astype(np.float64).T
+    a = np.pi * x + 0.8 + np.pi / 4 / (np.abs(np.cos(0.25 * np.pi * z)) + 0.1)
+    got = _air(ctx, [{**wind, "rate_hz": 0.8 * 0.5 / (2 * np.pi)}], p, 1.0)
+    assert np.abs(-got[:, 0] - np.sin(0.5 * a) * np.cos(0.125 * a)).max() < 1e-4
+    assert np.abs(got[:, 1:]).max() < 1e-6
+
+
+def test_ripples_run_with_the_wind(ctx):
+    wind = {**_RIPPLES, "swell_m": 10_000.0}
+    p = _points()
+    step = (0.5 * 0.4 * 5.0 * wind_kinds.towards(200.0)).astype(np.float32)  # of half a second
+    before, after = _air(ctx, [wind], p, 0.0), _air(ctx, [wind], p + step, 0.5)
+    assert np.abs(before - after).max() < 0.02
+
+
+def test_ripples_are_as_smooth_far_from_the_origin(ctx):
+    p = np.zeros((2000, 3), np.float32)
+    p[:, 0] = 10_240.0 + np.linspace(0, 20, 2000)
+    p[:, 2] = -10_240.0
+    expected = _expected("ripples", p.astype(np.float64), 3.0)
+    assert np.abs(_air(ctx, [_RIPPLES], p, 3.0) - expected).max() < 0.02
 
 
 def test_only_a_blast_pushes_whatever_the_blade_does(ctx):

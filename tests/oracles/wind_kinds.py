@@ -76,3 +76,15 @@ def whirl(p: np.ndarray, t: float, centre, power, swirl, rate) -> np.ndarray:
     a = _attenuation(0.5 * d)
     both = power * outward + (swirl * 10 * (1 - a**2))[:, None] * around
     return both * (a * np.sin(0.1 * d - rate * t) ** 3)[:, None]
+
+
+def ripples(p: np.ndarray, t: float, direction_deg, speed, wave, swell, front, epsilon, rate) -> np.ndarray:
+    """Jahrmann & Wimmer 2013, Eq. 9: sin(c1 a) cos(c3 a), a = pi px + t + pi / 4 / (|cos(c2 pi pz)| + eps).
+
+    With px against the wind, pz to its left seen from there, and c1 t a turn for every crest.
+    """
+    c1, c2, c3 = 2 / wave, 1 / front, 2 / swell
+    d = towards(direction_deg)
+    px, pz = -(p @ d), p @ np.array([d[2], 0.0, -d[0]])
+    a = np.pi * px + 2 * np.pi * rate * t / c1 + np.pi / 4 / (np.abs(np.cos(c2 * np.pi * pz)) + epsilon)
+    return (speed * np.sin(c1 * a) * np.cos(c3 * a))[:, None] * d

@@ -85,7 +85,7 @@ def test_every_preset_loads_and_has_a_title(name):
         (r'sowing.density_map = "\u0000"', "sowing.density_map: "),
         (
             "wind = [{kind = 'calm'}]",
-            "wind[0].kind: must be one of gusts, strong, helicopter, random, waves, blast, whirl, texture"
+            "wind[0].kind: must be one of gusts, strong, helicopter, random, waves, blast, whirl, texture, ripples"
             ' (got "calm")',
         ),
         (
@@ -110,6 +110,37 @@ def test_every_preset_loads_and_has_a_title(name):
             "object[0].radius_m: must be at most 10000",
         ),
         ("wind = [{kind = 'texture', files = []}]", "wind[0].files: must hold at least 1 value"),
+        ("force = [{kind = 'wind'}]", 'force[0].kind: must be one of map, footprints, tracks, stamp (got "wind")'),
+        ("force = [{}]", 'force[0].kind: must be one of map, footprints, tracks, stamp (got "")'),
+        ("force = [{kind = 'map'}]", "force[0].file: is missing and has no default"),
+        ("force = [{kind = 'map', file = 'no.png'}]", "force[0].file: no such file: no.png"),
+        ("force = [{kind = 'tracks'}]", "force[0].path: is missing and has no default"),
+        ("force = [{kind = 'tracks', path = [[0, 0]]}]", "force[0].path: must hold at least 2 values (got 1)"),
+        (
+            "force = [{kind = 'footprints', path = [[1, 2], [1, 2]]}]",
+            "force[0]: path must lead from one point to another (all its points are the same)",
+        ),
+        (
+            "force = [{kind = 'footprints', path = [[0, 0], [90, 0]]}]",
+            "force[0]: footprints of 0.29 m may span at most 49.4 m with all around them (got 91.1); shorten path",
+        ),
+        (
+            "force = [{kind = 'tracks', path = [[0, 0], [0, 900]]}]",
+            "force[0]: tracks of 0.25 m may span at most 128 m",
+        ),
+        (
+            "force = [{kind = 'footprints', path = [[0, 0], [9, 0]], foot_m = [0.1, 0.3]}]",
+            "force[0]: foot_m must be [length, width], width at most length (got [0.1, 0.3])",
+        ),
+        (
+            "force = [{kind = 'tracks', path = [[0, 0], [9, 0]], foot_m = [0.3, 0.1]}]",
+            'force[0].foot_m: belongs to kind "footprints", but the kind here is "tracks"',
+        ),
+        (
+            "force = [{kind = 'tracks', path = [[0, 0], [9, 0]], pressure = 2}]",
+            "force[0].pressure: must be at most 1 (got 2)",
+        ),
+        ("force = [" + "{kind = 'tracks', path = [[0, 0], [9, 0]]}," * 9 + "]", "force: must hold at most 8 values"),
         ("growth = {height = [[0.5, 1], [0.2, 1]]}", "growth.height: must hold [age, factor] pairs with rising ages"),
         ("simulation = {step_s = 1.0}", "simulation.step_s: must be at most 0.1 (got 1.0)"),
         ("object = [{kind = 'box', position_m = [1]}]", "object[0].position_m: must hold 3 values (got 1)"),

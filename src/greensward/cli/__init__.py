@@ -14,6 +14,7 @@ from greensward.cli.info import info
 from greensward.cli.new import new
 from greensward.cli.render import render
 from greensward.cli.scenes import scenes
+from greensward.cli.stamp import stamp
 
 EXAMPLES = """\b
 Examples:
@@ -30,7 +31,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=EXAMPLES,
 )
-for command in (render, animate, scenes, new, check, info):
+for command in (render, animate, scenes, new, check, info, stamp):
     app.command(epilog=getattr(sys.modules[command.__module__], "EXAMPLES", None))(command)
 
 

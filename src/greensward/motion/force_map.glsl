@@ -13,7 +13,7 @@ const float FADING = 3.0;
 // exp(-3 age / fades_s), less what that is at the end
 float pressLeft(float age_s, float fades_s, bool always) {
     float end = exp(-FADING), part = clamp(age_s / max(fades_s, 1e-6), 0.0, 1.0);
-    float left = fades_s > 0.0 ? (exp(-FADING * part) - end) / (1.0 - end) : 1.0;
+    float left = fades_s <= 0.0 ? 1.0 : part < 1.0 ? (exp(-FADING * part) - end) / (1.0 - end) : 0.0;
     return always ? left : left * smoothstep(0.0, PRESSING_S, age_s);
 }
 
@@ -47,14 +47,13 @@ vec3 forceOn(Blade b, float time_s) {
 
 float pressedBy(vec3 force) { return clamp(-force.y, 0.0, 1.0); }
 
-// The up that a blade lies flat to: its own, and the more it is pressed, that of the ground
-vec3 upUnder(Blade b, vec3 up, vec3 force) {
-#ifdef NO_FORCES
-    return up;
-#else
+// The up that a blade lies flat to: its own, which is normalize(mix(vertical, normal of the ground, 0.35)), and the more it
+// is pressed, that normal
+vec3 upUnder(vec3 up, vec3 force) {
     float down = pressedBy(force);
-    return down > 0.0 ? normalize(mix(up, groundUnder(b), down)) : up;
-#endif
+    if (down <= 0.0) return up;
+    float along = 0.65 * up.y + sqrt(max(0.4225 * up.y * up.y - 0.3, 0.0));
+    return normalize(mix(up, normalize(along * up - vec3(0.0, 0.65, 0.0)), down));
 }
 
 // Jahrmann & Wimmer 2013, section 5.2: the force is added to the offset of the upper vertices. In the paper blades have no

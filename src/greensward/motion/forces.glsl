@@ -80,7 +80,7 @@ Air below(Air air, vec3 force) {
 
 // Where forces and recovery balance: a few long steps from rest, none so long that it would throw the blade over
 void balance(Blade b, Air air, vec3 force, out vec3 control, out vec3 tip) {
-    vec3 up = upUnder(b, bladeUp(b), force), front, side, pull = pullAt(bladeRoot(b)), idle = idleTip(b, up, force);
+    vec3 up = upUnder(bladeUp(b), force), front, side, pull = pullAt(bladeRoot(b)), idle = idleTip(b, up, force);
     bladeFrame(up, b.facing, front, side);
     air = below(air, force);
     tip = idle;

@@ -57,7 +57,7 @@ void standInWind(Blade b, float time_s, out vec3 off, out vec3 v1, out vec3 v2) 
     v2 += free * (sin(tip) * downwind - (1.0 - cos(tip)) * up * 0.8 + swayTip * crosswind);
     v1 += 0.32 * free * (sin(middle) * downwind + swayMiddle * crosswind);
 
-    off = upUnder(b, up, force);
+    off = upUnder(up, force);
     press(b, off, force, v1, v2);
     keepOff(b, off, v1, v2);
 }

@@ -46,9 +46,3 @@ void bladeFrame(vec3 up, float facing, out vec3 front, out vec3 side) {
     front = cos(facing) * e1 + sin(facing) * e2;
     side = cross(up, front);
 }
-
-// The up of what it grows on. On the ground a blade's own is turned from the vertical towards that by about a third.
-vec3 groundUnder(Blade b) {
-    vec3 up = bladeUp(b);
-    return (b.look & 64u) != 0u ? up : normalize(vec3(2.86, 1.0, 2.86) * up);
-}

@@ -19,6 +19,12 @@ vec3 toViewerFrom(vec3 point) { return normalize(view.eye_rs.xyz - point * view.
 // reaches exactly 0 there, so that leaving out the blade changes nothing.
 float shareOfWidth(float alignment, float limit) { return 1.0 - smoothstep(limit - FADE, limit, alignment); }
 
+// The up of what it grows on. On the ground a blade's own is turned from the vertical towards that by about a third.
+vec3 groundUnder(Blade b) {
+    vec3 up = bladeUp(b);
+    return (b.look & 64u) != 0u ? up : normalize(vec3(2.86, 1.0, 2.86) * up);
+}
+
 float shareOfArea(Blade b, Hull h) {
     float least = leaf.min_width_px * view.camera_ws.w * h.away;
     float layers = layersOf(bladeCrowding(b), dot(view.camera_ws.xyz - bladeRoot(b), groundUnder(b)) / h.away, least);
