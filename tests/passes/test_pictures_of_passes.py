@@ -45,6 +45,37 @@ def test_terrain_map_over_soil_by_its_alpha(renderer, tmp_path, alpha):
     assert np.ptp(drift) > 0.05
 
 
+@pytest.mark.parametrize("alpha", [0, 128])
+def test_tiles_of_the_ground_have_soils_of_their_own(renderer, tmp_path, alpha):
+    """The terrain map lies over them as well (equation 1); of two that overlap the later counts."""
+    colours = {"soil.png": (150, 90, 40), "east.png": (200, 40, 40), "corner.png": (40, 40, 200)}
+    tiles = [
+        {"from_m": [0.0, -9.0], "to_m": [9.0, 9.0], "texture": "east.png"},
+        {"from_m": [0.0, -9.0], "to_m": [9.0, 0.0], "texture": "corner.png", "texture_m": 0.5},
+    ]
+    pictures = {name: _flat(colour) for name, colour in colours.items()}
+    pictures["corner.png"] = np.full((16, 4, 3), colours["corner.png"], np.uint8)
+    pictures["map.png"] = _flat((90, 90, 90, alpha))
+    scene = with_pictures(
+        tmp_path,
+        pictures,
+        ground={"texture": "soil.png", "tile": tiles, "terrain_map": "map.png"},
+        grass=[],
+        camera=_DOWN,
+    )
+    albedo = renderer(scene).render(aovs=["albedo"]).truth["albedo"]
+    height, width = albedo.shape[:2]
+    over = tone.linear(np.array((90, 90, 90)) / 255)
+    for (rows, columns), name in (
+        ((slice(0, height), slice(0, width // 2 - 3)), "soil.png"),
+        ((slice(0, height // 2 - 3), slice(width // 2 + 3, width)), "corner.png"),
+        ((slice(height // 2 + 3, height), slice(width // 2 + 3, width)), "east.png"),
+    ):
+        plain = terrain.ground_colour(tone.linear(np.array(colours[name]) / 255), over, np.array(alpha / 255))
+        mean = albedo[rows, columns].reshape(-1, 3).mean(axis=0)
+        assert np.allclose(mean / mean.sum(), plain / plain.sum(), atol=0.02), name
+
+
 def test_maps_lie_the_right_way_up(renderer, tmp_path):
     """Row 0 is the north, column 0 the west; seen from above with north at the top."""
     quarters = np.zeros((2, 2, 4), np.uint8)

@@ -2,6 +2,7 @@
 
 import moderngl
 import numpy as np
+from PIL import Image
 
 from greensward.gpu.blocks import BlockBuffer, declare
 from greensward.gpu.context import is_software
@@ -9,7 +10,9 @@ from greensward.ground.height_field import HeightField
 from greensward.ground.soil import generated_soil
 from greensward.io.rasters import read_rgba
 from greensward.scene import InputError, Scene
+from greensward.scene.ground import MOST_TILES
 
+_TILES_UNIT = 21
 GROUND_BLOCK = declare(
     "Ground",
     1,
@@ -19,6 +22,9 @@ GROUND_BLOCK = declare(
     ("soil_per_m", "float"),
     ("beyond", "int"),
     ("soil_mean", "vec4"),
+    ("tile_area_m", "vec4", MOST_TILES),  # x and z, least and greatest
+    ("tile_mean", "vec4", MOST_TILES),  # mean colour; copies of the texture on a metre
+    ("tiles", "int"),
 )
 
 
@@ -66,18 +72,41 @@ class GroundGpu:
             soil_per_m=1.0 / ground.texture_m,
             beyond=("mirror", "bare").index(ground.beyond),
             soil_mean=(*mean, 0.0),
+            tiles=len(ground.tile),
         )
+        self._tiles = self._tile_array(ctx, scene) if ground.tile else None
+
+    def _tile_array(self, ctx: moderngl.Context, scene: Scene) -> moderngl.TextureArray:
+        """The soils of the ground's tiles, as square roots of linear colours, and what the block says of them."""
+        pictures = [read_rgba(scene.resolve(tile.texture))[..., :3] for tile in scene.ground.tile]
+        rows, columns = (max(picture.shape[axis] for picture in pictures) for axis in (0, 1))
+        layers = np.stack([np.asarray(Image.fromarray(picture).resize((columns, rows))) for picture in pictures]) / 255.0
+        light = np.where(layers <= 0.04045, layers / 12.92, ((layers + 0.055) / 1.055) ** 2.4)
+        area, mean = np.zeros((MOST_TILES, 4)), np.zeros((MOST_TILES, 4))
+        for i, tile in enumerate(scene.ground.tile):
+            area[i] = *tile.from_m, *tile.to_m
+            mean[i] = *light[i].mean(axis=(0, 1)), 1.0 / tile.texture_m
+        self._block.set(tile_area_m=area, tile_mean=mean)
+        coded = np.round(255.0 * np.sqrt(light)).astype(np.uint8)
+        array = ctx.texture_array((columns, rows, len(layers)), 3, coded.tobytes(), alignment=1)
+        array.build_mipmaps()
+        array.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        return array
 
     def bind(self) -> None:
         """Bind heights, soil and maps to texture units 0 to 4 and the block."""
         for unit, texture in enumerate(self._textures):
             texture.use(unit)
+        if self._tiles:
+            self._tiles.use(_TILES_UNIT)
         self._block.bind()
 
     def release(self) -> None:
         """Free the GPU memory."""
         for texture in self._textures:
             texture.release()
+        if self._tiles:
+            self._tiles.release()
         self._block.release()
 
 

@@ -1,10 +1,32 @@
 """What the grass stands on."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from greensward.scene.base import Count, FileName, Model, Number, Size, Text
+
+
+MOST_TILES = 8
+
+
+class GroundTile(Model):
+    """A part of the ground with a soil of its own."""
+
+    from_m: tuple[Number, Number]
+    """Its north-west corner: x and z."""
+    to_m: tuple[Number, Number]
+    """Its south-east corner."""
+    texture: FileName
+    """Picture of its soil, repeated without visible tiling."""
+    texture_m: Number = Field(2.0, gt=0, le=1000)
+    """Width on the ground of one copy of the texture."""
+
+    @model_validator(mode="after")
+    def _has_an_area(self) -> Self:
+        if not all(low < high for low, high in zip(self.from_m, self.to_m, strict=True)):
+            raise ValueError(f"to_m must be south-east of from_m (got {list(self.from_m)} and {list(self.to_m)})")
+        return self
 
 
 class Surface(Model):
@@ -16,6 +38,8 @@ class Surface(Model):
     """Picture of bare soil, repeated without visible tiling. Without one, a generated soil is used."""
     texture_m: Number = Field(2.0, gt=0, le=1000)
     """Width on the ground of one copy of the texture."""
+    tile: Annotated[tuple[GroundTile, ...], Field(max_length=MOST_TILES)] = ()
+    """Parts with a soil of their own. Where several overlap, the last counts."""
     beyond: Literal["mirror", "bare"] = "mirror"
     """What lies past the edge: `mirror` goes on with land and grass, mirrored; `bare` with land alone."""
     terrain_map: FileName | None = None

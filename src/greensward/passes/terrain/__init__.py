@@ -37,7 +37,8 @@ class Terrain:
         vertices, indices, ring = _grid()
         self._corners = ctx.buffer(vertices.tobytes())
         self._full, self._ring = ctx.buffer(indices.tobytes()), ctx.buffer(ring.tobytes())
-        self._material = PixelPass(ctx, f"{_FOLDER}/material.glsl", ["f1", "f2"], shell=shell)
+        defines = {"TILES": 1} if world.scene.ground.tile else {}
+        self._material = PixelPass(ctx, f"{_FOLDER}/material.glsl", ["f1", "f2"], shell=shell, defines=defines)
         self._arrays = {}
         for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1})):
             program = build(ctx, f"{_FOLDER}/terrain.vert", f"{_FOLDER}/terrain.frag", defines=defines)

@@ -4,10 +4,33 @@
 
 layout(binding = 1) uniform sampler2D soil;
 layout(binding = 2) uniform sampler2D terrainMap;
+#ifdef TILES
+layout(binding = 21) uniform sampler2DArray tileSoils;  // square roots of colours
+#endif
 
 // A texture without visible tiling: three copies, shifted at random per hexagon and blended with their contrast kept
 // (Heitz & Neyret 2018, "High-Performance By-Example Noise", equation 2; hexagons after Mikkelsen 2022).
-vec3 untiled(vec2 uv, vec2 dx, vec2 dy) {
+vec3 soilTexel(int tile, vec2 uv, vec2 dx, vec2 dy) {
+#ifdef TILES
+    vec3 root = textureGrad(tileSoils, vec3(uv, float(max(tile, 0))), dx, dy).rgb;
+    if (tile >= 0) return root * root;
+#endif
+    return textureGrad(soil, uv, dx, dy).rgb;
+}
+
+// The last tile that a place lies in, -1 where there is none
+int tileAt(vec2 xz) {
+    int tile = -1;
+#ifdef TILES
+    for (int i = 0; i < ground.tiles; i++) {
+        vec4 area = ground.tile_area_m[i];
+        if (all(greaterThanEqual(xz, area.xy)) && all(lessThan(xz, area.zw))) tile = i;
+    }
+#endif
+    return tile;
+}
+
+vec3 untiled(int tile, vec2 uv, vec2 dx, vec2 dy) {
     const mat2 skew = mat2(1.0, 0.0, -0.57735027, 1.15470054);
     vec2 s = skew * uv * 1.7;
     ivec2 base = ivec2(floor(s));
@@ -17,10 +40,10 @@ vec3 untiled(vec2 uv, vec2 dx, vec2 dy) {
     ivec2 a = t.z > 0.0 ? base : base + ivec2(1, 1);
     ivec2 b = t.z > 0.0 ? base + ivec2(0, 1) : base + ivec2(1, 0);
     ivec2 c = t.z > 0.0 ? base + ivec2(1, 0) : base + ivec2(0, 1);
-    vec3 ta = textureGrad(soil, uv + unit(hash3(uvec3(uvec2(a), 1u))).xy, dx, dy).rgb;
-    vec3 tb = textureGrad(soil, uv + unit(hash3(uvec3(uvec2(b), 1u))).xy, dx, dy).rgb;
-    vec3 tc = textureGrad(soil, uv + unit(hash3(uvec3(uvec2(c), 1u))).xy, dx, dy).rgb;
-    vec3 mean = ground.soil_mean.rgb;
+    vec3 ta = soilTexel(tile, uv + unit(hash3(uvec3(uvec2(a), 1u))).xy, dx, dy);
+    vec3 tb = soilTexel(tile, uv + unit(hash3(uvec3(uvec2(b), 1u))).xy, dx, dy);
+    vec3 tc = soilTexel(tile, uv + unit(hash3(uvec3(uvec2(c), 1u))).xy, dx, dy);
+    vec3 mean = tile < 0 ? ground.soil_mean.rgb : ground.tile_mean[max(tile, 0)].rgb;
     vec3 mixed = w.x * (ta - mean) + w.y * (tb - mean) + w.z * (tc - mean);
     return max(mean + mixed * inversesqrt(dot(w, w)), 0.0);
 }
@@ -48,7 +71,9 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec2 right = onPlane(pixel + ivec2(1, 0), position_ws, normal) - xz;
     vec2 up = onPlane(pixel + ivec2(0, 1), position_ws, normal) - xz;
     vec4 map = textureGrad(terrainMap, mapUv(xz), right / ground.size_m, up / ground.size_m);
-    vec3 soilHere = untiled(xz * ground.soil_per_m, right * ground.soil_per_m, up * ground.soil_per_m);
+    int tile = tileAt(xz);
+    float perM = tile < 0 ? ground.soil_per_m : ground.tile_mean[max(tile, 0)].w;
+    vec3 soilHere = untiled(tile, xz * perM, right * perM, up * perM);
     vec3 bare = mix(soilHere, map.rgb, map.a);
     bare *= 1.0 + 0.25 * driftAt(xz * 1.7, 5003u);
 
@@ -65,9 +90,9 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     // tufts, as far as a pixel still tells them apart
     float footprint = length(up);
     float mottled = 1.0;
-    for (float perM = 0.13; perM < 6.0; perM *= 2.9) {
-        float told = 1.0 - smoothstep(0.15, 0.6, perM * footprint);
-        if (told > 0.0) mottled += 0.16 * told * simplex(xz * perM, 77u + uint(perM * 100.0));
+    for (float tufts = 0.13; tufts < 6.0; tufts *= 2.9) {
+        float told = 1.0 - smoothstep(0.15, 0.6, tufts * footprint);
+        if (told > 0.0) mottled += 0.16 * told * simplex(xz * tufts, 77u + uint(tufts * 100.0));
     }
 
     // seen from afar the ground is a wall of blades, each turned to the viewer as much as up
