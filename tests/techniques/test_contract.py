@@ -293,6 +293,7 @@ def test_every_resource_is_released(ctx, renderer, technique):
         wind=[BREEZE],
         grass=[{**GRASS, "head": "daisy"}],
         object=[{"kind": "box", "position_m": [0, 0, 0]}],
+        force=[{"kind": "tracks", "path": [[0, 0], [1, 0]]}],
     )
     before = live_objects(ctx)
     for shell in ("fragment", "compute"):
