@@ -476,7 +476,7 @@ class Renderer:
                 self._world,
                 *self._view_blocks,
             ):
-                part.release()  # type: ignore[attr-defined]
+                part.release()
         if self._owned is not None:
             self._owned.release()
 

@@ -1,4 +1,4 @@
-"""Jahrmann & Wimmer 2013: a blade as a quad bent along two splines. Arrays are float64 of blades (n,), points (n, 3)."""
+"""Jahrmann & Wimmer 2013: a blade as a quad bent along two splines. Arrays are float64, of blades (n,) or (n, 3)."""
 
 import numpy as np
 

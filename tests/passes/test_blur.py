@@ -70,7 +70,8 @@ def test_the_distance_is_blurred_and_what_is_near_is_not(renderer):
 def test_a_near_object_does_not_spread_over_what_lies_behind_it(renderer):
     """Red against grass: no pixel beside it turns red."""
     box = {"kind": "box", "position_m": [0.0, 0.0, 1.5], "size_m": [0.3, 2.0, 0.3], "colour": "#ff0000"}
-    scenes = [_scene(blur=kind).model_copy(update={"object": small_scene(object=[box]).object}) for kind in ("off", "average")]
+    thing = small_scene(object=[box]).object
+    scenes = [_scene(blur=kind).model_copy(update={"object": thing}) for kind in ("off", "average")]
     frames = [renderer(scene).render(aovs=["class", "depth"]) for scene in scenes]
     behind = (frames[0].truth["class"] != CLASSES["object"]) & (frames[0].truth["depth"] > 8)
     red = [frame.image[behind].astype(int) @ [1, -1, 0] for frame in frames]

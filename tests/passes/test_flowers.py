@@ -116,7 +116,7 @@ def test_everything_is_released(ctx, renderer):
         assert live_objects(ctx) == before
 
 
-def test_without_flowers_nothing_is_made(ctx, renderer):
+def test_without_flowers_nothing_is_made(renderer):
     scene: Scene = small_scene()
     assert scene.flowers == ()
     assert renderer(scene).render(aovs=["class"]).truth["class"].max() < _FLOWER

@@ -196,7 +196,7 @@ def test_hills_hide_grass_in_the_mirror_as_they_should(renderer, scene, hidden):
 def test_a_camera_in_the_water_is_refused(renderer, scene):
     drawn = renderer(scene())
     below = Camera(position_m=(0.0, -0.5, 0.0), target_m=(0.0, 0.0, -4.0), height_above_ground=False)
-    with pytest.raises(InputError, match=r"camera\.position_m: must be above the water, whose level is 0 m \(got -0\.50 m\)"):
+    with pytest.raises(InputError, match=r"must be above the water, whose level is 0 m \(got -0\.50 m\)"):
         drawn.render(camera=below)
     drawn.render()
 

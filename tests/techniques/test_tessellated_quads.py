@@ -1,4 +1,4 @@
-"""Tessellated quads: each equation against its twin, both modes, what thins and outlines them, and the hierarchy of patches."""
+"""Tessellated quads: each equation against its twin, both modes, level of detail, outlines, hierarchy of patches."""
 
 import numpy as np
 import pytest

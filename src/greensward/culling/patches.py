@@ -1,8 +1,9 @@
 """A regular grid of patches against the views of a frame, through a hierarchy that is nowhere stored.
 
-Every two patches make a larger one, these again, up to one that holds all (Jahrmann & Wimmer 2013, section 6.1). The larger
-ones are tested first, all of a level at once, and only what is in those that may be seen is looked at further. As a node is
-known from its place in the grid, memory does not grow with the field, and time grows with the logarithm of its edge.
+Every two patches make a larger one, these again, up to one that holds all (Jahrmann & Wimmer 2013, section 6.1). The
+larger ones are tested first, all of a level at once, and only what is in those that may be seen is looked at further.
+As a node is known from its place in the grid, memory does not grow with the field, and time with the logarithm of its
+edge.
 """
 
 from collections.abc import Sequence
@@ -35,7 +36,7 @@ class Grid:
 def patches_in_view(
     grid: Grid, views: Sequence[View], camera_ws: Floats, reach_m: float
 ) -> tuple[Indices, npt.NDArray[np.bool_], Floats]:
-    """Columns and rows of the patches that some view may show, (n, 2); by which, (views, n); and how far they are, (n,).
+    """The patches that some view may show: columns and rows (n, 2), by which views (views, n), how far away (n,).
 
     Distance is from the camera to the nearest point of the patch, in metres, and at most `reach_m`.
     """
@@ -68,4 +69,6 @@ def _shown(
     centre[:, 1], half[:, 1] = 0.5 * (bottom + top), 0.5 * (top - bottom)
     reach = planes[:, :3] @ centre.T + np.abs(planes[:, :3]) @ half.T + planes[:, 3:]
     beside = np.maximum(np.abs(camera_ws - centre) - half, 0.0)
-    return (reach >= 0.0).reshape(views, 6, -1).all(axis=1), np.sqrt(np.einsum("ij,ij->i", beside, beside))
+    shown: npt.NDArray[np.bool_] = np.all((reach >= 0.0).reshape(views, 6, -1), axis=1)
+    away: Floats = np.sqrt(np.einsum("ij,ij->i", beside, beside))
+    return shown, away

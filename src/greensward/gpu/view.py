@@ -80,7 +80,10 @@ class View:
         return result
 
     def mirrored(self, level_m: float, size_px: tuple[int, int]) -> "View":
-        """A perspective view of the world as a level plane mirrors it, in a picture of this size and place for place alike."""
+        """A perspective view of the world as a level plane mirrors it.
+
+        In its picture, of this size, a point lies where its image lies in the picture of this view.
+        """
         flip = np.diag([1.0, -1.0, 1.0, 1.0])
         flip[1, 3] = 2.0 * level_m
         x, y, z, w = self.axis_ws

@@ -8,7 +8,7 @@ from greensward.gpu.blocks import BlockBuffer, declare
 from greensward.gpu.context import is_software
 from greensward.ground.height_field import HeightField
 from greensward.ground.soil import generated_soil
-from greensward.io.rasters import read_rgba
+from greensward.io.rasters import decoded, read_rgba
 from greensward.scene import InputError, Scene
 from greensward.scene.ground import MOST_TILES
 
@@ -80,8 +80,10 @@ class GroundGpu:
         """The soils of the ground's tiles, as square roots of linear colours, and what the block says of them."""
         pictures = [read_rgba(scene.resolve(tile.texture))[..., :3] for tile in scene.ground.tile]
         rows, columns = (max(picture.shape[axis] for picture in pictures) for axis in (0, 1))
-        layers = np.stack([np.asarray(Image.fromarray(picture).resize((columns, rows))) for picture in pictures]) / 255.0
-        light = np.where(layers <= 0.04045, layers / 12.92, ((layers + 0.055) / 1.055) ** 2.4)
+        layers = (
+            np.stack([np.asarray(Image.fromarray(picture).resize((columns, rows))) for picture in pictures]) / 255.0
+        )
+        light = decoded(layers)
         area, mean = np.zeros((MOST_TILES, 4)), np.zeros((MOST_TILES, 4))
         for i, tile in enumerate(scene.ground.tile):
             area[i] = *tile.from_m, *tile.to_m

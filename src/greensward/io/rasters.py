@@ -103,6 +103,11 @@ def read_rgba(path: Path, coloured: bool = False) -> npt.NDArray[np.uint8]:
         return np.array(picture.convert("RGBA"))
 
 
+def decoded(srgb: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Linear light in 0..1 of sRGB values in 0..1 (IEC 61966-2-1)."""
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
 def write_picture(path: Path, image: npt.NDArray[np.uint8]) -> None:
     """Write an image, uint8 of shape (rows, columns, 3), in the format that the file's ending names."""
     with written_aside(path) as stream:

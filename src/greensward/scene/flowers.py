@@ -10,7 +10,7 @@ MOST_FLOWERS = 8
 
 
 class Flowers(Model):
-    """Whole plants as pictures that turn to the viewer. The `head` of a `[[grass]]` table makes flowers on blades instead."""
+    """Whole plants as pictures that turn to the viewer. Flowers on blades are the `head` of a `[[grass]]` table."""
 
     density_per_m2: Number = Field(0.5, gt=0, le=100)
     """Plants on a square metre where nothing thins them."""
@@ -23,7 +23,7 @@ class Flowers(Model):
     petals: Annotated[int, Field(ge=3, le=40)] = 13
     """How many there are, without a picture."""
     picture: FileName | None = None
-    """The plant on a transparent ground, its root at the middle of the lower edge. Without one, a flower is painted."""
+    """The plant on a transparent ground, its root in the middle of the lower edge. Without one, one is painted."""
     patchiness: Number = Field(0.6, ge=0, le=1)
     """0 strews them evenly; 1 gathers them in drifts."""
     stiffness: Number = Field(0.5, ge=0, le=1)

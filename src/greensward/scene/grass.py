@@ -52,8 +52,8 @@ class Grass(Model):
     shape: Shape = "quadratic"
     """Outline of the blade."""
     alpha_texture: FileName | None = None
-    """Picture of the outline, root at the bottom, for techniques that draw blades as textured quads: its alpha, or where
-    that is opaque all over, its brightness. Without one, the outline of `shape`."""
+    """Picture of the outline, root at the bottom, for techniques that draw blades as textured quads: its alpha, or
+    where that is opaque all over, its brightness. Without one, the outline of `shape`."""
     diffuse_texture: FileName | None = None
     """Picture of a blade's colours for the same techniques, root at the bottom. Without one, the colours below."""
     root_colour: Colour = "#3d4f1e"

@@ -6,7 +6,6 @@ from pydantic import Field, model_validator
 
 from greensward.scene.base import Count, FileName, Model, Number, Size, Text
 
-
 MOST_TILES = 8
 
 

@@ -66,7 +66,7 @@ class Post(Model):
     vignette: Number = Field(0.15, ge=0, le=1)
     """Darkening towards the corners."""
     blur: Literal["off", "average", "gaussian"] = "off"
-    """Blurs what is far, over seven by seven pixels at most (Jahrmann & Wimmer 2013); things that are nearer do not spread."""
+    """Blurs what is far, over seven by seven pixels (Jahrmann & Wimmer 2013); what is much nearer does not spread."""
     blur_near_m: Number = Field(2.0, gt=0, le=1000)
     """Nothing nearer is blurred; at seven times this distance the blur is nearly full."""
     darkening: Number = Field(0.0, ge=0, le=1)

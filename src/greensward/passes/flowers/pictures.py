@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
-from greensward.io.rasters import read_rgba
+from greensward.io.rasters import decoded, read_rgba
 from greensward.scene import Flowers, InputError, Scene
 from greensward.scene.base import linear
 
@@ -46,8 +46,7 @@ def _picture(scene: Scene, flowers: Flowers) -> npt.NDArray[np.uint8]:
 def _coded(picture: npt.NDArray[np.uint8], columns: int, rows: int) -> npt.NDArray[np.uint8]:
     """Square root of linear colours, scaled with what is transparent left out."""
     alpha = picture[..., 3:] / 255.0
-    srgb = picture[..., :3] / 255.0
-    light = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4) * alpha
+    light = decoded(picture[..., :3] / 255.0) * alpha
     parts = [
         np.asarray(Image.fromarray(part.astype(np.float32)).resize((columns, rows), Image.Resampling.BILINEAR))
         for part in (*np.moveaxis(light, -1, 0), alpha[..., 0])
@@ -57,7 +56,8 @@ def _coded(picture: npt.NDArray[np.uint8], columns: int, rows: int) -> npt.NDArr
     # what is transparent takes the mean colour, or coarser levels would darken at the edges
     colours = [np.where(parts[3] > 0.02, part / thick, mean[k]) for k, part in enumerate(parts[:3])]
     coded = np.stack([np.sqrt(np.clip(colour, 0.0, 1.0)) for colour in colours] + [parts[3]], -1)
-    return np.round(255.0 * np.clip(coded, 0.0, 1.0)).astype(np.uint8)
+    result: npt.NDArray[np.uint8] = np.round(255.0 * np.clip(coded, 0.0, 1.0)).astype(np.uint8)
+    return result
 
 
 def painted(flowers: Flowers) -> npt.NDArray[np.uint8]:

@@ -29,10 +29,19 @@ _MIRRORED, _MIRRORED_DEPTH, _RADIANCE = 17, 18, 19
 
 
 class WaterPass:
-    """Draws `[water]` over a lit picture. The mirrored scene is drawn by the renderer into `gbuffer`, seen by `mirror`."""
+    """Draws `[water]` over a lit picture.
+
+    The mirrored scene is drawn by the renderer into `gbuffer`, seen by `mirror`, and lit by `lighting`.
+    """
 
     def __init__(
-        self, ctx: moderngl.Context, scene: Scene, water: Water, size: tuple[int, int], depth: ReversedDepth, shell: Shell
+        self,
+        ctx: moderngl.Context,
+        scene: Scene,
+        water: Water,
+        size: tuple[int, int],
+        depth: ReversedDepth,
+        shell: Shell,
     ) -> None:
         self._ctx, self._scene, self._water, self._depth, self._shell = ctx, scene, water, depth, shell
         self._pass = PixelPass(ctx, f"{_FOLDER}/water.glsl", ["f2", "f4"], shell=shell)
@@ -80,12 +89,14 @@ class WaterPass:
         level = self._water.level_m
         if view.camera_ws[1] <= level:
             raise InputError(
-                f"camera.position_m: must be above the water, whose level is {level:g} m (got {view.camera_ws[1]:.2f} m); "
-                "raise y or lower water.level_m"
+                f"camera.position_m: must be above the water, whose level is {level:g} m "
+                f"(got {view.camera_ws[1]:.2f} m); raise y or lower water.level_m"
             )
         return view.mirrored(level, self.mirrored_size(view.size_px)) if self._water.reflections else None
 
-    def cover(self, radiance: moderngl.Texture, mirrored: moderngl.Texture | None, gbuffer: GBuffer, time_s: float) -> moderngl.Texture:
+    def cover(
+        self, radiance: moderngl.Texture, mirrored: moderngl.Texture | None, gbuffer: GBuffer, time_s: float
+    ) -> moderngl.Texture:
         """Put water over a lit picture and into its G-buffer; returns the picture, which is kept until the next.
 
         `mirrored` is the light of the mirrored scene. The block of the view and that of the light must be bound.

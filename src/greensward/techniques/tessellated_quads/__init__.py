@@ -20,13 +20,13 @@ from greensward.world import CHUNKS, Instant, Seen, World
 
 _FOLDER = "techniques/tessellated_quads"
 _LISTED, _DRAWN = 5, 7
-_PICTURES_UNIT = 23
+_PICTURES_UNIT = 22
 _DRAWN_PARTS = 1024
 _STAGES = [f"{_FOLDER}/blade.{stage}" for stage in ("vert", "tesc", "tese", "frag")]
 
 
 class TessellatedQuads:
-    """A patch of one vertex is a blade: outlined in the vertex stage, cut and culled in the control stage, then bent."""
+    """A blade is a patch of one vertex: outlined in the vertex stage, culled and cut in the control stage, and bent."""
 
     name: ClassVar[str] = "tessellated-quads"
     source: ClassVar[str] = "Jahrmann & Wimmer 2013, Interactive Grass Rendering Using Real-Time Tessellation"
@@ -80,12 +80,13 @@ class TessellatedQuads:
     def _slack_m(self) -> float:
         """How far from its root a blade may reach: its own offset, and what moves it added to that."""
         settings = self._settings
-        tallest = max(
-            [self._world.field.tallest_m, *(1.5 * each.height_m[1] for each in settings.patch if each.height_m)]
-        )
+        heights = [1.5 * float(each.height_m[1]) for each in settings.patch if each.height_m]
+        tallest = max(self._world.field.tallest_m, *heights, 0.0)
         if settings.lean == "own":
             return 1.25 * tallest
-        return 3.75 * tallest + 2.0 * max([settings.bending_m, *(each.bending_m or 0.0 for each in settings.patch)])
+        return 3.75 * tallest + 2.0 * max(
+            settings.bending_m, *(each.bending_m or 0.0 for each in settings.patch), 0.0
+        )
 
     def _uniforms(self) -> dict[str, object]:
         settings = self._settings

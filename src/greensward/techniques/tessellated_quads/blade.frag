@@ -1,6 +1,6 @@
 // The outline from a blade's alpha texture, the colour from its diffuse texture, the vegetation map or its species.
 #include "shaders/hash.glsl"
-layout(binding = 23) uniform sampler2DArray bladePictures;  // square root of the colour, alpha; a layer for each species
+layout(binding = 22) uniform sampler2DArray bladePictures;  // square root of the colour, alpha; a layer for each species
 
 in vec2 uv;
 flat in uvec2 name;

@@ -126,7 +126,7 @@ class Instances:
 
 
 def _stored(count: int, seed: int) -> np.ndarray:
-    """Blades of a patch of edge 1: x and z, evenly spread in any prefix, and eight random values, float32 (count, 10)."""
+    """Blades of a patch of edge 1: x and z, even in any prefix, and eight random values, float32 (count, 10)."""
     random = np.random.default_rng([seed, 2013])
     # as in sowing/ground_blade.glsl: an additive recurrence, jittered by the spacing of the points so far
     index = np.arange(count)[:, None]

@@ -5,7 +5,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from greensward.io.rasters import read_rgba
+from greensward.io.rasters import decoded, read_rgba
 from greensward.scene import Grass, InputError, Scene
 
 SIZE = 64, 256
@@ -70,9 +70,7 @@ def _alpha(scene: Scene, grass: Grass) -> Pixels:
 def _colours(scene: Scene, grass: Grass) -> Pixels | None:
     if grass.diffuse_texture is None:
         return None
-    srgb = read_rgba(scene.resolve(grass.diffuse_texture))[..., :3] / 255.0
-    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-    result: Pixels = np.sqrt(linear)
+    result: Pixels = np.sqrt(decoded(read_rgba(scene.resolve(grass.diffuse_texture))[..., :3] / 255.0))
     return result
 
 

@@ -59,10 +59,10 @@ class Settings(ThinSettings):
     bending_m: Number = Field(0.15, ge=0, le=10)
     """With `random`, the largest offset of a tip to each side."""
     thinning: Number = Field(0.0, ge=0, le=1)
-    """Part of the blades that is left out at `sowing.reach_m`, at random; less nearer, in proportion to the distance."""
+    """Part of the blades that is left out at random at `sowing.reach_m`; less nearer, in proportion to distance."""
     shrinking: Number = Field(0.0, ge=0, le=1)
     """Part of their height that blades lose at `sowing.reach_m`; less nearer, in proportion to the distance."""
     alpha: Literal["test", "hashed"] = "test"
-    """What cuts the outline out of the quad: a threshold, or one for each point of the blade, which many samples average."""
+    """What cuts the outline out of the quad: one threshold, or one for each point of the blade, for soft outlines."""
     patch: Annotated[tuple[Patch, ...], Field(max_length=MOST_PATCHES)] = ()
     """Parts of the ground with blades of their own. Where several overlap, the last counts."""
