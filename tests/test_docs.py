@@ -103,7 +103,7 @@ def test_every_picture_is_shown_drawn_by_the_script_and_small():
     drawn = runpy.run_path(str(ROOT / "scripts" / "pictures"))["PICTURES"]
     assert {path.name for path in pictures} == set(drawn)
     assert not [path.name for path in pictures if f"pictures/{path.name})" not in shown]
-    assert sum(path.stat().st_size for path in pictures) < 7 * 2**20
+    assert sum(path.stat().st_size for path in pictures) < 9 * 2**20
 
 
 def test_every_technique_has_a_section_with_its_settings_and_sources():

@@ -26,7 +26,7 @@ _STAGES = [f"{_FOLDER}/blade.{stage}" for stage in ("vert", "tesc", "tese", "fra
 
 
 class TessellatedQuads:
-    """A blade is a patch of one vertex: outlined in the vertex stage, culled and cut in the control stage, and bent."""
+    """A blade is a patch of one vertex: outlined in the vertex stage, culled and cut in the next, then bent."""
 
     name: ClassVar[str] = "tessellated-quads"
     source: ClassVar[str] = "Jahrmann & Wimmer 2013, Interactive Grass Rendering Using Real-Time Tessellation"
