@@ -4,11 +4,23 @@ import numpy as np
 import pytest
 
 import greensward as gs
+from greensward.scene.load import named_files
 from greensward.scene.wind import Wind
 from greensward.techniques import TECHNIQUES
 from small_scenes import small_scene
 
-_PRESETS = ("jahrmann2017-balls", "meadow", "planet", "yan2024-helicopter", "yan2024-random", "yan2024-strong")
+_PRESETS = (
+    "jahrmann2013-instance",
+    "jahrmann2013-meadow",
+    "jahrmann2013-oasis",
+    "jahrmann2013-wheat",
+    "jahrmann2017-balls",
+    "meadow",
+    "planet",
+    "yan2024-helicopter",
+    "yan2024-random",
+    "yan2024-strong",
+)
 _KINDS = ("gusts", "strong", "helicopter", "random", "waves", "blast", "whirl", "ripples")
 _WINDS = [{"kind": kind} for kind in _KINDS]
 
@@ -36,6 +48,10 @@ def test_these_are_the_presets():
 def test_a_preset_survives_toml_and_moves(renderer, name, tmp_path):
     scene = gs.load(name)
     (tmp_path / "scene.toml").write_text(gs.dump(scene), encoding="utf-8")
+    for _, file in named_files(scene):
+        copy = tmp_path / file.relative_to(scene.resolve("."))
+        copy.parent.mkdir(exist_ok=True)
+        copy.write_bytes(file.read_bytes())
     assert gs.load(tmp_path / "scene.toml").model_dump() == scene.model_dump()
     drawn = renderer(thin(scene))
     first, second = (drawn.render(time_s, aovs=["class"]) for time_s in (0.3, 0.6))

@@ -103,6 +103,7 @@ class TessellatedQuads:
                 "patch_m": settings.patch_m,
                 "bladesStored": self._instances.stored,
                 "variation": variations.index(settings.variation),
+                "tallest_m": self._world.field.tallest_m + self._slack_m(),
             }
         return uniforms
 

@@ -1,6 +1,7 @@
 // From a blade of the field, or of the one patch, to its outline: turned, offset and bent by what moves it.
 #include "culling/presence.glsl"
 #include "shaders/bezier.glsl"
+#include "culling/tests.glsl"
 #ifdef INSTANCED
 // a file is included once: before culling/blades.glsl, which includes the same where it is built for unstored blades
 #include "techniques/tessellated_quads/patch.glsl"
@@ -33,7 +34,7 @@ bool fetch(out Blade b, out Hull h, out vec3 tip, out vec3 before, out uint id) 
     uint index;
     ivec2 place;
     Stored s;
-    if (!takeStored(index, place, s) || !growStored(index, place, s, b) || !isThere(b, h)) return false;
+    if (!takeStored(index, place, s) || !mayShow(index, place, s) || !growStored(index, place, s, b) || !isThere(b, h)) return false;
     vec3 control, previousControl;
     stand(b, timeNow, control, tip);
     stand(b, timePrevious, previousControl, before);

@@ -87,11 +87,13 @@ class Instances:
         nodes, shown, away = patches_in_view(self._grid, views, views[0].camera_ws, self._world.scene.sowing.reach_m)
         for view, mask in zip(views, shown, strict=True):
             nearest = np.nonzero(mask)[0][np.argsort(away[mask], kind="stable")]
-            density = np.ceil(self._needed(away[nearest], view) * self._settings.densities).astype(np.int64)
+            needed = self._needed(away[nearest], view)
+            halvings = np.floor(-np.log2(np.maximum(needed, 1e-9))).astype(np.int64)
+            halvings = np.minimum(halvings, self._settings.densities - 1)
             self.groups[view] = []
-            for step in range(self._settings.densities, 0, -1):
-                mine = nearest[density == step]
-                blades = -(-self.stored * step // self._settings.densities)
+            for step in range(self._settings.densities):
+                mine = nearest[(halvings == step) & (needed > 0.0)]
+                blades = -(-self.stored // (1 << step))
                 if len(mine) and blades:
                     self.groups[view].append(Group(at, len(mine), blades))
                     places.append(nodes[mine])

@@ -1,6 +1,7 @@
 // The one stored patch, drawn at many places: a blade of one of its instances, grown from the maps where it stands.
 #include "sowing/ground_blade.glsl"
 #include "techniques/tessellated_quads/variation.glsl"
+#include "culling/tests.glsl"
 
 struct Stored { float x, z; float random[8]; };  // of a patch of edge 1
 
@@ -13,6 +14,8 @@ uniform int bladesPerPatch;  // at this density
 uniform int bladesStored;
 uniform float patch_m;
 uniform int variation;
+uniform float tallest_m;
+uniform float thinning;
 
 // False beyond the last of a patch
 bool takeStored(out uint index, out ivec2 place, out Stored s) {
@@ -22,6 +25,20 @@ bool takeStored(out uint index, out ivec2 place, out Stored s) {
     place = places[firstPlace + gl_InstanceID / chunksPerPatch];
     s = stored[index];
     return true;
+}
+
+// Whether it may be needed as far away as it is at least, and may be in view: before anything is asked of the maps
+bool mayShow(uint index, ivec2 place, Stored s) {
+    vec2 xz = (vec2(place) + vec2(s.x, s.z)) * patch_m;
+    float near = max(distance(xz, view.camera_ws.xz) - 0.5 * sward.clump_m, 0.0), rank = (float(index) + 0.5) / float(bladesStored);
+    if (near >= sward.reach_m || rank > view.density) return false;
+#ifndef ALL_DISTANCES
+    if (rank > risenAt(near, view.density)) return false;
+#endif
+    // as blade.tesc has it
+    if (rank > (1.0 - thinning * min(near / sward.reach_m, 1.0)) * 1.12) return false;
+    vec3 root = vec3(xz.x, groundHeight(xz), xz.y) - view.origin_ws.xyz;
+    return !outside(root, root, root, 2.0 * tallest_m + sward.clump_m);
 }
 
 // Section 6.2: moved to its instance, hidden by the density map, raised by the height map

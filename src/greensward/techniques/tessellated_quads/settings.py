@@ -44,8 +44,8 @@ class Settings(ThinSettings):
     """`basic` draws the stored blades of the field; `instanced` stores one patch and draws it everywhere."""
     patch_m: Number = Field(8.0, ge=1, le=200)
     """Edge of the stored patch."""
-    densities: Count = Field(4, ge=1, le=8)
-    """How many densities of the stored patch there are, each an even part of it; far patches take lower ones."""
+    densities: Count = Field(6, ge=1, le=10)
+    """How many densities of the stored patch there are, each half of the one before; far patches take lower ones."""
     variation: Literal["ratio", "share", "sine"] = "sine"
     """How the place varies the random values of the stored patch: equation 10, 11 or 12."""
     level: Literal["distance", "size"] = "distance"
