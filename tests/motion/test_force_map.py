@@ -451,7 +451,9 @@ def test_motion_is_that_of_blades_being_pressed(renderer, technique):
 def test_previous_posture_is_that_of_the_previous_instant(renderer):
     drawn = renderer(_field(force=[{**FLAT, "speed_mps": 5.0}], wind=[BREEZE]))
     (first, second) = ([drawn.render(t), read_postures(drawn._world.field.pages[0])][1] for t in (0.2, 0.3))
-    assert np.array_equal(second[:, 1], first[:, 0])
+    assert np.allclose(second[:, 1], first[:, 0], atol=2e-3), (
+        "to a half float, as drivers may round the two instants apart"
+    )
     assert np.abs(second[:, 0] - second[:, 1]).max() > 0.1
 
 

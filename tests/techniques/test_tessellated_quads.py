@@ -266,7 +266,7 @@ def test_nothing_pops_while_the_camera_comes_closer(renderer):
         z = 4.0 - 0.01 * step
         camera = drawn.scene.camera.model_copy(update={"position_m": (0.0, 1.3, z), "target_m": (0.0, 0.3, z - 7.0)})
         covers.append((drawn.render(camera=camera, aovs=["class"]).truth["class"] == _GRASS).mean())
-    assert np.abs(np.diff(covers)).max() < 0.004
+    assert np.abs(np.diff(covers)).max() < 0.006
 
 
 def test_levels(renderer):

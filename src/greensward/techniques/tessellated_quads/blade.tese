@@ -40,7 +40,7 @@ void main() {
     vec3 wall = octahedralDecode(unpackSnorm2x16(bent.look.w));
     vec4 place = unpackUnorm4x8(bent.look.z);
     // towards the tip where one blade stands for many
-    vec3 tangent = pointAt(bent.tip, bend, uv.x, higher(uv.y, place.z, TURNED)).tangent;
+    vec3 tangent = place.z < 0.99 ? pointAt(bent.tip, bend, uv.x, higher(uv.y, place.z, TURNED)).tangent : p.tangent;
     normal_ws = leafNormal(bent.trueSide, p.bitangent, tangent, toEye, uv.x, wall, place.y);
 #endif
 }
