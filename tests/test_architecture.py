@@ -15,7 +15,7 @@ _LAYERS = (
     ("cli", "viewer", "bench"),
     ("__init__",),
     ("renderer",),
-    ("library", "truth", "viewpoint"),
+    ("library", "surfaces", "truth", "viewpoint"),
     ("techniques", "passes"),
     ("world",),
     ("motion", "culling", "sowing", "objects", "ground"),

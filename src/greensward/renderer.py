@@ -11,34 +11,29 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.blocks import BlockBuffer
 from greensward.gpu.context import driver_name, open_context
 from greensward.gpu.depth import ReversedDepth
 from greensward.gpu.pixel_pass import Shell, best_shell
 from greensward.gpu.state import kept_state
 from greensward.gpu.timers import PassTimers
-from greensward.gpu.view import VIEW_BLOCK, View, look, view_values
+from greensward.gpu.view import View, look
 from greensward.ground import HeightField
 from greensward.objects.placing import Script
 from greensward.passes.blur import Blur
-from greensward.passes.flowers import BillboardFlowers
 from greensward.passes.gbuffer import BladePixels, GBuffer
-from greensward.passes.heads import Heads
 from greensward.passes.lighting import Lighting
 from greensward.passes.post import Post
 from greensward.passes.shadows import ShadowMaps
-from greensward.passes.solids import Solids
 from greensward.passes.temporal import Moment, Temporal
-from greensward.passes.terrain import Terrain
 from greensward.passes.water import WaterPass
 from greensward.scene import Camera, InputError, Scene
+from greensward.surfaces import MIRROR, PICTURE, Surfaces
 from greensward.techniques import chosen
 from greensward.truth import Truth, camera_record, read_truth
 from greensward.viewpoint import camera_view, jitter, place
 from greensward.world import Instant, World
 
 _FRAME_S = 1.0 / 30.0
-_MIRROR_SLOT, _CLIP_DISTANCE = 5, 0x3000
 _LONGEST_S = 1e9  # single precision tells no seconds apart long before
 
 
@@ -126,7 +121,6 @@ class Renderer:
         self._all_views: tuple[View, ...]
         self._shadow_views: tuple[View, ...]
         self._mirror: View | None = None
-        self._lit_by: tuple[View, ...] | None = None
         self._previous: Moment | None = None
         self._time_s = 0.0
         self._released = False
@@ -142,15 +136,11 @@ class Renderer:
         self.size = size
         self.timers = PassTimers(ctx)
         self._depth = ReversedDepth(ctx)
-        self._view_blocks = [BlockBuffer(ctx, VIEW_BLOCK) for _ in range(6)]
         self._shell = shell = shell or best_shell(ctx)
         sown = self._technique_type.draws_field(self._settings)
         self._world = World(ctx, self.scene, heights, shell, scripts, sown)
         self._technique = self._technique_type(ctx, self._world, self._settings)
-        self._terrain = Terrain(ctx, self._world, shell, self._technique.last)
-        self._solids = Solids(ctx, self._world)
-        self._heads = Heads(ctx, self._world)
-        self._flowers = BillboardFlowers(ctx, self._world)
+        self._surfaces = Surfaces(ctx, self._world, self._technique, shell, self._depth, self.timers)
         self._shadows = ShadowMaps(ctx, self._world)
         self._gbuffer = GBuffer(ctx, size, self._depth, shell)
         self._blade_pixels = BladePixels(ctx)
@@ -301,20 +291,13 @@ class Renderer:
         first = self._temporal.follow(previous, (view, time_s)) if self._temporal else 0
         with self._stage("draw"):
             with self.timers.measure("move"):
-                self._technique.update(instant)
-                self._flowers.update(instant)
-            for slot, (shadow_view, framebuffer) in enumerate(
-                zip(shadow_views, self._shadows.framebuffers, strict=False), start=1
-            ):
-                framebuffer.clear(depth=1.0)
-                if self._lit_by is not shadow_views:
-                    self._view_blocks[slot].set(**view_values(shadow_view, shadow_view))
-                self._surfaces(framebuffer, shadow_view, slot)
-            self._lit_by = shadow_views
+                self._surfaces.update(instant)
+            self._surfaces.cast(self._shadows.framebuffers, shadow_views)
             for sample in range(first, first + self.samples):
                 offset_px = jitter(0 if self._temporal and aovs else sample)  # truth is of the pixels' centres
                 mirrored = self._mirrored(offset_px, shadow_views, sample)
-                self._unlit(self._gbuffer, view, 0, previous_view, offset_px, sample == first or mirrored is not None)
+                hiding = sample == first or mirrored is not None
+                self._surfaces.fill(self._gbuffer, view, previous_view, offset_px, slot=PICTURE, hiding=hiding)
                 with self.timers.measure("light"):
                     light = self._lighting.shade(self._gbuffer, self._shadows, shadow_views, sample)
                 if self._water:
@@ -344,29 +327,6 @@ class Renderer:
         self._handed = self.blades_in_view, self._world.blades_simulated
         return truth
 
-    def _unlit(
-        self,
-        gbuffer: GBuffer,
-        view: View,
-        slot: int,
-        previous_view: View,
-        offset_px: tuple[float, float],
-        hiding: bool,
-    ) -> None:
-        """A G-buffer filled with all surfaces that a view shows."""
-        with self.timers.measure("clear" if slot == 0 else "water"):
-            gbuffer.clear(rastered=not self._technique.last or self._world.has_meshes)
-        with self._depth.drawing():
-            values = view_values(view, previous_view, offset_px)
-            jittered = "jittered_clip_from_relative"
-            values[jittered] = self._depth.matrix(values[jittered])
-            self._view_blocks[slot].set(**values)
-            gbuffer.depth.use(14)
-            gbuffer.bind_images()
-            self._surfaces(gbuffer.framebuffer, view, slot, hiding)
-        with self.timers.measure("ground" if slot == 0 else "water"):
-            self._terrain.paint(gbuffer)
-
     def _mirrored(
         self, offset_px: tuple[float, float], shadow_views: Sequence[View], sample: int
     ) -> moderngl.Texture | None:
@@ -374,7 +334,7 @@ class Renderer:
         water, view = self._water, self._mirror
         if not (water and view and water.gbuffer and water.lighting):
             return None
-        self._unlit(water.gbuffer, view, _MIRROR_SLOT, view, offset_px, hiding=True)
+        self._surfaces.fill(water.gbuffer, view, view, offset_px, slot=MIRROR, hiding=True)
         with self.timers.measure("water"):
             return water.lighting.shade(water.gbuffer, self._shadows, shadow_views, sample)
 
@@ -406,38 +366,6 @@ class Renderer:
             self._seen_from = camera, self.size
         return self._picture, self._shadow_views
 
-    def _surfaces(self, target: moderngl.Framebuffer, view: View, slot: int, hiding: bool = False) -> None:
-        """Everything that has a surface, unlit, from one view. `hiding` builds the pyramid of what hides grass."""
-        self._view_blocks[slot].bind()
-        target.use()
-        self.ctx.enable_only(moderngl.DEPTH_TEST)
-        mirrored = slot == _MIRROR_SLOT
-        if mirrored:
-            self.ctx.enable_direct(_CLIP_DISTANCE)
-        objects, ground = ("objects", self._solids.draw), ("ground", self._terrain.draw)
-        grass, heads = ("grass", self._technique.draw), ("heads", self._heads.draw)
-        flowers = "flowers", self._flowers.draw
-        passes: list[tuple[str, Callable[[View], None]]]
-        if self._technique.last:
-            passes = [objects, heads, flowers, ground, grass]
-        elif hiding and self._world.pyramid:
-            passes = [objects, ground, grass, heads, flowers]
-        else:
-            # the ground last: where grass hides it, its shader does not run
-            passes = [objects, grass, heads, flowers, ground]
-        if hiding and self._world.pyramid:
-            passes.insert(passes.index(ground) + 1, ("ground", self._build_pyramid))
-        for name, draw in passes:
-            told = "shadows" if view.purpose == "shadow" else "water" if mirrored else name
-            with self.timers.measure(told):
-                draw(view)
-        if mirrored:
-            self.ctx.disable_direct(_CLIP_DISTANCE)
-
-    def _build_pyramid(self, view: View) -> None:
-        assert self._world.pyramid
-        self._world.pyramid.build(view.size_px)
-
     def _check_size(self, size: tuple[int, int]) -> None:
         if self.ctx.version_code < 430:
             raise InputError(f"ctx: must be OpenGL 4.3 or newer (got {self.ctx.version_code / 100:.1f})")
@@ -463,10 +391,7 @@ class Renderer:
         with self._kept():
             for part in (
                 self._technique,
-                self._heads,
-                self._flowers,
-                self._solids,
-                self._terrain,
+                self._surfaces,
                 self._shadows,
                 self._gbuffer,
                 self._blade_pixels,
@@ -474,7 +399,6 @@ class Renderer:
                 self._post,
                 *(part for part in (self._water, self._blur, self._temporal) if part),
                 self._world,
-                *self._view_blocks,
             ):
                 part.release()
         if self._owned is not None:

@@ -32,7 +32,7 @@ def test_the_same_flower_stands_at_the_same_place_whatever_the_camera(renderer):
     found = []
     for x in (0.0, 6.3):
         drawn.render(camera=Camera(position_m=(x, 1.0, 4.0), target_m=(x, 0.0, -3.0)))
-        rows = np.frombuffer(drawn._flowers._flowers.read(), np.float32)
+        rows = np.frombuffer(drawn._surfaces.flowers._flowers.read(), np.float32)
         rows = rows[: len(rows) // 20 * 20].reshape(-1, 20)
         roots = rows[rows[:, 3] > 0, :3]
         here = (np.abs(roots[:, 0] - 3.0) < 5.0) & (np.abs(roots[:, 2] - 4.0) < 8.0)
