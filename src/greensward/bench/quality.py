@@ -23,7 +23,7 @@ Picture = npt.NDArray[np.uint8]
 
 
 def flip_distance() -> Callable[[Picture, Picture], float]:
-    """The mean FLIP difference of two pictures (Andersson et al. 2020). Raises `GreenswardError` where it is missing."""
+    """The mean FLIP difference of two pictures (Andersson et al. 2020). Raises `GreenswardError` if it is missing."""
     try:
         from flip_evaluator import evaluate  # type: ignore[import-not-found, import-untyped, unused-ignore]
     except ImportError:

@@ -32,7 +32,7 @@ def read(path: Path) -> Record:
         raise InputError(f"{path}: holds no measurements; give a file that greensward bench --json wrote")
     if machine.get("format") != FORMAT:
         raise InputError(
-            f"{path}: is of format {machine.get('format')}, by greensward {machine.get('greensward')}, and must be "
+            f"{path}: is of format {machine.get('format', 'unknown')}, by greensward {machine.get('greensward')}, and must be "
             f"of format {FORMAT}; measure again"
         )
     for number, row in enumerate(rows):

@@ -188,7 +188,6 @@ def run(
     jobs = list(_jobs(wanted, result))
     for done, job in enumerate(jobs):
         told = f"{job.workload.name}, {job.technique}, {job.case.name}"
-        described["incomplete"] = f"stopped after {done} of {len(jobs)} measurements, before {told}"
         try:
             row = _row(job, wanted, at)
         except _LOST as error:
@@ -199,6 +198,7 @@ def run(
             tell(f"{told}: skipped: {error}")
             continue
         result.rows.append(row)
+        described["incomplete"] = f"stopped after {done + 1} of {len(jobs)} measurements"
         tell(f"{told}: {row['frame_ms_median']:.2f} ms, {row['over_floor']:.1f} × floor")
         keep(result)
     described["incomplete"] = None
