@@ -15,8 +15,8 @@ _SAME_WORK = "blades_drawn", "blade_pixels", "primitives_in_view", "width", "hei
 
 
 _NOISE = (
-    "Noise: the middle halves of the two runs overlap, or the times differ by no more than those of the floor, which is "
-    "the same bare work in both: {:.0f} %."
+    "Noise: the middle halves of the two runs overlap, or the times differ by no more than those of the floor, "
+    "which is the same bare work in both: {:.0f} %."
 )
 
 

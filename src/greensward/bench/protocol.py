@@ -210,4 +210,4 @@ class _Series:
 
 def _refuse_lost(ctx: moderngl.Context) -> None:
     if (error := ctx.error) != "GL_NO_ERROR":
-        raise DeviceLostError(f"the driver stopped drawing ({error})")
+        raise DeviceLostError(f"the driver failed with {error}")

@@ -30,10 +30,10 @@ def read(path: Path) -> Record:
     rows = record.get("rows") if isinstance(record, dict) else None
     if not isinstance(machine, dict) or not isinstance(rows, list):
         raise InputError(f"{path}: holds no measurements; give a file that greensward bench --json wrote")
-    if machine.get("format") != FORMAT:
+    if (found := machine.get("format", "unknown")) != FORMAT:
         raise InputError(
-            f"{path}: is of format {machine.get('format', 'unknown')}, by greensward {machine.get('greensward')}, and must be "
-            f"of format {FORMAT}; measure again"
+            f"{path}: is of format {found}, written by greensward {machine.get('greensward', 'unknown')}, and must "
+            f"be of format {FORMAT}; measure again"
         )
     for number, row in enumerate(rows):
         lacking = [name for name in _COLUMNS if not isinstance(row, dict) or name not in row]
