@@ -85,9 +85,6 @@ def _markdown(record: Record, drawn: Mapping[str, bytes], shown: Mapping[str, tu
     parts = [f"# {_title(record)}", tables.origin(record).markdown()]
     if record["machine"].get("incomplete"):
         parts.append(f"**Incomplete: {record['machine']['incomplete']}.**\n")
-    left_out = tables.skipped(record)
-    if left_out.rows:
-        parts += ["## Not measured", left_out.markdown()]
     parts.append(READING + "\n")
     for name, rows in tables.by_workload(record).items():
         parts.append(f"## {name}")
@@ -97,6 +94,9 @@ def _markdown(record: Record, drawn: Mapping[str, bytes], shown: Mapping[str, tu
         if "flip" in rows[0]:
             parts += [f"![{told}]({file})\n\n*{told}*\n" for file, (told, _) in shown.items()]
         parts += [tables.times(rows).markdown(), tables.work(rows).markdown(), tables.passes(rows).markdown()]
+    left_out = tables.skipped(record)
+    if left_out.rows:
+        parts += ["## Not measured", left_out.markdown()]
     return "\n".join(parts)
 
 
@@ -112,9 +112,6 @@ def _html(record: Record, drawn: Mapping[str, bytes], shown: Mapping[str, tuple[
     parts = [f"<h1>{escape(_title(record))}</h1>", f'<div class="text">{tables.origin(record).html()}</div>']
     if record["machine"].get("incomplete"):
         parts.append(f'<p class="missing"><b>Incomplete: {escape(record["machine"]["incomplete"])}.</b></p>')
-    left_out = tables.skipped(record)
-    if left_out.rows:
-        parts.append(f"<details><summary>Not measured: {len(left_out.rows)}</summary>{left_out.html()}</details>")
     parts.append(f"<p>{escape(READING)}</p>")
     for name, rows in tables.by_workload(record).items():
         parts.append(f"<h2>{escape(name)}</h2>")
@@ -130,6 +127,9 @@ def _html(record: Record, drawn: Mapping[str, bytes], shown: Mapping[str, tuple[
         parts.append(tables.times(rows).html())
         more = tables.work(rows).html() + tables.passes(rows).html()
         parts.append(f"<details><summary>What a frame draws, and its passes</summary>{more}</details>")
+    left_out = tables.skipped(record)
+    if left_out.rows:
+        parts.append(f'<h2>Not measured</h2><div class="text">{left_out.html()}</div>')
     body = "\n".join(parts)
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(_title(record))}</title>'

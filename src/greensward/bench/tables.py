@@ -138,8 +138,12 @@ def origin(record: Record) -> Table:
 
 
 def skipped(record: Record) -> Table:
-    """What was not measured, and why."""
-    table = Table(["workload", "technique", "case", "why not"])
+    """What was not measured, and why: a line for each workload and reason."""
+    groups: dict[tuple[str, str], tuple[dict[str, None], dict[str, None]]] = {}
     for each in record["machine"].get("skipped", []):
-        table.add(*(each.get(name, "") for name in ("workload", "technique", "case", "reason")))
+        techniques, cases = groups.setdefault((each.get("workload", ""), each.get("reason", "")), ({}, {}))
+        techniques[each.get("technique", "")] = cases[each.get("case", "")] = None
+    table = Table(["workload", "techniques", "cases", "why not"])
+    for (workload, reason), (techniques, cases) in groups.items():
+        table.add(workload, ", ".join(filter(None, techniques)), "; ".join(filter(None, cases)) or "all", reason)
     return table

@@ -129,6 +129,7 @@ def bench(
             print(markdown_tables(kept), end="")
         return
     from greensward.bench.suite import Result, Wanted, run
+    from greensward.bench.tables import skipped
     from greensward.bench.workloads import chosen_techniques, chosen_workloads
 
     wanted = Wanted(
@@ -152,9 +153,9 @@ def bench(
         _say(report, write_report(report, result.json, result.pictures))
     if not report and not json_file:
         print(markdown_tables(result.json), end="")
-    for each in result.machine["skipped"]:
-        named = ", ".join(filter(None, (each["workload"], each["technique"], each["case"])))
-        print(f"Not measured: {named}: {each['reason']}", file=sys.stderr)
+    for workload, by, cases, why in skipped(result.json).rows:
+        named = ", ".join(filter(None, (workload, by, "" if cases == "all" else cases)))
+        print(f"Not measured: {named}: {why}", file=sys.stderr)
     if result.machine["incomplete"]:
         print(f"Incomplete: {result.machine['incomplete']}", file=sys.stderr)
         raise typer.Exit(1)
