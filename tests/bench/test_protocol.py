@@ -54,6 +54,16 @@ def test_the_protocols():
     assert pace("quick", None, software=False).frames > pace("quick", None, software=True).frames >= 5
 
 
+def test_slow_frames_may_be_fewer_but_not_too_few():
+    at = pace("quick", None, software=True)
+    assert at.goes_on(4, 100.0)
+    assert not at.goes_on(5, 100.0)
+    assert at.goes_on(5, 1.0)
+    assert not at.goes_on(7, 1.0)
+    assert pace("quick", 20, software=True).goes_on(19, 100.0)
+    assert not pace("thesis", None, software=True).goes_on(10_000, 40.0)
+
+
 def test_outliers_are_told_and_kept():
     told = spread([10.0, 10.1, 9.9, 10.0, 10.0, 10.1, 9.9, 90.0])
     assert (told["outliers"], told["outliers_ms"], told["frame_ms_max"]) == (1, [90.0], 90.0)

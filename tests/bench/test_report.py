@@ -152,3 +152,25 @@ def test_a_folder_that_cannot_hold_a_report_is_refused(tmp_path):
 
 def test_records_are_plain_json(kept):
     assert json.loads(json.dumps(kept)) == kept
+
+
+def test_runs_of_one_machine_are_merged(kept):
+    later = copy.deepcopy(kept)
+    later["rows"] = [row(frame_ms_median=1.0), row(case="10M")]
+    later["machine"] |= {"skipped": [], "incomplete": "stopped after 2 of 9 measurements"}
+    merged = record.merged({Path("a.json"): kept, Path("b.json"): later})
+    assert [each["case"] for each in merged["rows"]] == ["1M", "1M", "meadow, 1 sample", "10M"]
+    assert merged["rows"][0]["frame_ms_median"] == 1.0
+    assert merged["machine"]["skipped"] == kept["machine"]["skipped"]
+    assert merged["machine"]["incomplete"] == "stopped after 2 of 9 measurements"
+    later["machine"]["driver"] = "another"
+    with pytest.raises(InputError, match=r"--from: the files must be of one driver \(got another, llvmpipe\)"):
+        record.merged({Path("a.json"): kept, Path("b.json"): later})
+
+
+def test_a_report_made_again_shows_the_pictures_it_had(kept, tmp_path):
+    picture = np.full((9, 16, 3), 90, np.uint8)
+    write_report(tmp_path, kept, {"reference": picture, "visibility-buffer, meadow, 1 sample": picture})
+    before = (tmp_path / "report.md").read_text(encoding="utf-8")
+    write_report(tmp_path, kept, None)
+    assert (tmp_path / "report.md").read_text(encoding="utf-8") == before

@@ -1,6 +1,7 @@
 """The JSON of a run: written whole, read with one sentence for whatever is wrong with it."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,19 @@ def read(path: Path) -> Record:
         if lacking:
             raise InputError(f"{path}: rows[{number}]: lacks {lacking[0]}; measure again")
     return record
+
+
+def merged(records: Mapping[Path, Record]) -> Record:
+    """Runs of one machine as one record; of what was measured twice, the later counts. Raises `InputError`."""
+    machines = [record["machine"] for record in records.values()]
+    for name in ("driver", "clock", "greensward", "commit"):
+        if len(found := {machine.get(name) for machine in machines}) > 1:
+            listed = ", ".join(sorted(map(str, found)))
+            raise InputError(f"--from: the files must be of one {name} (got {listed}); give each its own report")
+    rows = {tuple(row[name] for name in _COLUMNS[:5]): row for record in records.values() for row in record["rows"]}
+    skipped = [each for machine in machines for each in machine.get("skipped", [])]
+    incomplete = "; ".join(filter(None, (machine.get("incomplete") for machine in machines))) or None
+    return {"machine": {**machines[-1], "skipped": skipped, "incomplete": incomplete}, "rows": list(rows.values())}
 
 
 def check_folder(folder: Path) -> None:

@@ -34,15 +34,21 @@ READING = (
 _SAME = "Equal blades, light and camera. The reference is drawn in the finest detail with 64 samples for each pixel."
 
 
-def write_report(folder: Path, record: Record, pictures: Mapping[str, Picture]) -> list[Path]:
-    """Write `report.html` and `report.md` with its pictures into a folder. Raises `GreenswardError`."""
+def write_report(folder: Path, record: Record, pictures: Mapping[str, Picture] | None) -> list[Path]:
+    """Write `report.html` and `report.md` with its pictures into a folder. Raises `GreenswardError`.
+
+    With None for pictures, those of an earlier report in the folder are shown.
+    """
     record = {**record, "machine": {**record["machine"], "skipped": list(record["machine"].get("skipped", []))}}
     try:
         drawn = plots(record)
     except GreenswardError as error:
         drawn = {}
         record["machine"]["skipped"].append({"workload": "report", "reason": str(error)})
-    shown = {f"{_file(name)}.jpg": (name, _jpeg(picture)) for name, picture in _worth_showing(pictures).items()}
+    if pictures is None:
+        shown = _shown_before(folder, record)
+    else:
+        shown = {f"{_file(name)}.jpg": (name, _jpeg(picture)) for name, picture in _worth_showing(pictures).items()}
     files = {
         "report.html": _html(record, drawn, shown).encode(),
         "report.md": _markdown(record, drawn, shown).encode(),
@@ -53,6 +59,14 @@ def write_report(folder: Path, record: Record, pictures: Mapping[str, Picture]) 
         with written_aside(folder / name) as stream:
             stream.write(data)
     return [folder / name for name in files]
+
+
+def _shown_before(folder: Path, record: Record) -> dict[str, tuple[str, bytes]]:
+    """Pictures that a report of the same techniques left in the folder."""
+    compared = {row["technique"]: row["case"] for row in record["rows"] if "flip" in row}
+    told = {"reference": "reference", **{name: f"{name}, {case}" for name, case in compared.items()}}
+    files = {f"{name}.jpg": text for name, text in told.items() if compared}
+    return {file: (text, (folder / file).read_bytes()) for file, text in files.items() if (folder / file).is_file()}
 
 
 def markdown_tables(record: Record) -> str:

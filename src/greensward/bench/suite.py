@@ -18,7 +18,8 @@ from greensward.bench.quality import Picture, compare_techniques
 from greensward.bench.strips import InstancedStrips
 from greensward.bench.workloads import (
     AWAITED,
-    OWN_SIZE,
+    CPU_SIZE,
+    GPU_SIZE,
     STRIPS,
     TOY_SIZE,
     Case,
@@ -157,7 +158,7 @@ class _Job:
 
 def _jobs(wanted: Wanted, result: Result) -> Iterator[_Job]:
     """Every case by every technique at every size; what cannot be measured is noted instead."""
-    own = TOY_SIZE if wanted.scale == "toy" else OWN_SIZE
+    own = TOY_SIZE if wanted.scale == "toy" else CPU_SIZE if result.machine["software"] else GPU_SIZE
     for workload in wanted.workloads:
         for technique in wanted.techniques or workload.techniques:
             if technique in AWAITED:
@@ -203,7 +204,7 @@ def run(
         keep(result)
     described["incomplete"] = None
     if wanted.quality:
-        _add_quality(result, wanted, at, tell)
+        _add_quality(result, wanted, at, tell, keep)
     keep(result)
     return result
 
@@ -229,26 +230,31 @@ def _row(job: _Job, wanted: Wanted, at: Pace) -> dict[str, Any]:
     }
 
 
-def _add_quality(result: Result, wanted: Wanted, at: Pace, tell: Callable[[str], None]) -> None:
+def _add_quality(
+    result: Result, wanted: Wanted, at: Pace, tell: Callable[[str], None], keep: Callable[[Result], None]
+) -> None:
+    result.machine["incomplete"] = "stopped before all techniques were compared at equal picture"
     techniques = [name for name in wanted.techniques or SETTINGS if name in SETTINGS]
 
-    def keep(row: dict[str, Any], picture: Picture) -> None:
+    def add(row: dict[str, Any], picture: Picture) -> None:
         if not row:
             result.pictures["reference"] = picture
             return
         result.rows.append(row)
         result.pictures[f"{row['technique']}, {row['case']}"] = picture
         tell(f"quality, {row['technique']}, {row['case']}: FLIP {row['flip']}, {row['frame_ms_median']:.2f} ms")
+        keep(result)
 
     # a frame of many samples is many frames
     brief = replace(at, frames=min(at.frames, 3 if result.machine["software"] else 31), least_s=0.0, warm_up=1)
     try:
-        missing = compare_techniques(techniques, brief, wanted.scale, wanted.device, keep)
+        missing = compare_techniques(techniques, brief, wanted.scale, wanted.device, add)
     except _LOST as error:
         result.machine["incomplete"] = f"techniques are not all compared at equal picture: {_told(error)}"
         return
     except GreenswardError as error:
         missing = str(error)
+    result.machine["incomplete"] = None
     if missing:
         result.skip(QUALITY, "", "", missing)
 

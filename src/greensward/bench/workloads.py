@@ -16,7 +16,8 @@ Scale = Literal["quick", "full", "toy"]
 STRIPS = "instanced-strips"
 AWAITED = ("billboard-grid", "vertex-buffer", "texture-array")
 """Techniques that published measurements are of and that greensward does not have."""
-OWN_SIZE: Size = (640, 360)
+CPU_SIZE: Size = (640, 360)
+GPU_SIZE: Size = (1920, 1080)
 TOY_SIZE: Size = (48, 27)
 FIELD_M = 120.0
 

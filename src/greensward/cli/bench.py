@@ -93,8 +93,8 @@ def bench(
         typer.Option(metavar="FILE FILE", help="Compare two JSON files, and measure nothing."),
     ] = None,
     source: Annotated[
-        Path | None,
-        typer.Option("--from", metavar="FILE", help="Print a JSON file's tables, or report them; measure nothing."),
+        list[Path] | None,
+        typer.Option("--from", metavar="FILE", help="Print or report what JSON files hold; may be repeated."),
     ] = None,
     listing: Annotated[bool, typer.Option("--list", help="List the workloads.")] = False,
     device: Device = "auto",
@@ -122,9 +122,9 @@ def bench(
     if report:
         record.check_folder(report)
     if source:
-        kept = record.read(source)
+        kept = record.merged({path: record.read(path) for path in source})
         if report:
-            _say(report, write_report(report, kept, {}))
+            _say(report, write_report(report, kept, None))
         else:
             print(markdown_tables(kept), end="")
         return
