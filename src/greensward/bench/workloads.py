@@ -230,8 +230,8 @@ def _half_screen() -> Scene:
     return scene.model_copy(update={"camera": camera})
 
 
-def _hills(**culling: bool) -> Scene:
-    """A million blades on hills, with level of detail and every test but those named."""
+def _hills(full_density_m: float = 8.0, **culling: bool) -> Scene:
+    """Dense grass on hills, sown ever thinner beyond a distance, and every test but those named."""
     return Scene.model_validate(
         {
             "ground": {
@@ -241,7 +241,7 @@ def _hills(**culling: bool) -> Scene:
                 "wavelength_m": 45,
                 "beyond": "bare",
             },
-            "sowing": {"density_per_m2": 69.4, "drift": 0},
+            "sowing": {"density_per_m2": 600, "drift": 0, "full_density_m": full_density_m},
             "camera": {"position_m": [0, 1.7, 50], "target_m": [0, 0.9, 0]},
             "culling": culling,
         }
@@ -259,8 +259,15 @@ def _ablation() -> tuple[Case, ...]:
         Case("with behind_grass", partial(_hills, behind_grass=True), settings=drop, only=("visibility-buffer",)),
         Case("all segments everywhere", _hills, settings={**drop, **cut}, only=leaves),
         Case(
-            "no test, no level of detail",
+            "no test, all segments",
             partial(_hills, **dict.fromkeys(tests, False)),
+            settings={**drop, **cut},
+        ),
+        Case("every blade sown", partial(_hills, 1000.0), settings=drop, quick=False),
+        Case(
+            "no test, no level of detail",
+            partial(_hills, 1000.0, **dict.fromkeys(tests, False)),
+            quick=False,
             settings={**drop, **cut},
         ),
     )
