@@ -22,7 +22,7 @@ _LAYERS = (
     ("gpu", "io"),
     ("scene",),
 )
-_ORDERED = {"motion", "culling", "sowing", "objects", "ground"}
+_ORDERED = {"cli", "viewer", "bench", "motion", "culling", "sowing", "objects", "ground"}
 _APART = {("techniques", "passes"), ("passes", "techniques"), ("io", "gpu"), ("gpu", "io")}
 _FORBIDDEN = {"utils", "util", "helpers", "helper", "manager", "core", "common", "misc", "base_class"}
 

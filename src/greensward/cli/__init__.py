@@ -9,6 +9,7 @@ import typer
 
 from greensward import __version__
 from greensward.cli.animate import animate
+from greensward.cli.bench import bench
 from greensward.cli.check import check
 from greensward.cli.info import info
 from greensward.cli.new import new
@@ -31,7 +32,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=EXAMPLES,
 )
-for command in (render, animate, scenes, new, check, info, stamp):
+for command in (render, animate, scenes, new, check, info, stamp, bench):
     app.command(epilog=getattr(sys.modules[command.__module__], "EXAMPLES", None))(command)
 
 

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 LARGEST_SIDE = 16384
 
 
-def _size(text: str) -> tuple[int, int]:
+def size_of(text: str) -> tuple[int, int]:
+    """Width and height in pixels."""
     match = re.fullmatch(r"(\d{1,9})[x×X](\d{1,9})", text.strip())
     size = (int(match[1]), int(match[2])) if match else (0, 0)
     if not match or min(size) < 1 or max(size) > LARGEST_SIDE:
@@ -47,7 +48,9 @@ def above_zero(highest: float, what: str) -> Callable[[str], float]:
     return parse
 
 
-def _whole(lowest: int, highest: int) -> Callable[[str], int]:
+def whole(lowest: int, highest: int) -> Callable[[str], int]:
+    """A parser of whole numbers in a range."""
+
     def parse(text: str) -> int:
         if not re.fullmatch(r"[+-]?\d{1,18}", text) or not lowest <= int(text) <= highest:
             raise typer.BadParameter(f"must be a whole number from {lowest} to {highest} (got {text})")
@@ -65,14 +68,14 @@ def _device(text: str) -> str:
 SceneName: TypeAlias = Annotated[
     str, typer.Argument(metavar="SCENE", help="A preset's name, a TOML file or its folder.")
 ]
-Size: TypeAlias = Annotated[Any, typer.Option(parser=_size, metavar="WIDTHxHEIGHT", help="Pixels of the picture.")]
+Size: TypeAlias = Annotated[Any, typer.Option(parser=size_of, metavar="WIDTHxHEIGHT", help="Pixels of the picture.")]
 Samples: TypeAlias = Annotated[
-    Any, typer.Option(parser=_whole(1, 4096), metavar="N", help="Samples for each pixel: more, cleaner edges.")
+    Any, typer.Option(parser=whole(1, 4096), metavar="N", help="Samples for each pixel: more, cleaner edges.")
 ]
 FrameSamples: TypeAlias = Annotated[
     Any,
     typer.Option(
-        parser=_whole(1, 4096),
+        parser=whole(1, 4096),
         metavar="N",
         help="Samples for each pixel of each frame; if not given, one, and edges are smoothed over the frames.",
         show_default=False,
@@ -83,7 +86,7 @@ Overrides: TypeAlias = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Change one key of the scene; may be repeated."),
 ]
 Seed: TypeAlias = Annotated[
-    Any, typer.Option(parser=_whole(0, 2**32 - 1), metavar="N", help="Another field of the same kind.")
+    Any, typer.Option(parser=whole(0, 2**32 - 1), metavar="N", help="Another field of the same kind.")
 ]
 Technique: TypeAlias = Annotated[
     str | None, typer.Option(metavar="NAME", help="How to draw the grass, as listed by `info`.")

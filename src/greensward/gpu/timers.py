@@ -1,12 +1,26 @@
 """Milliseconds per pass: GPU timer queries on hardware, the wall clock around `finish()` on software drivers."""
 
+import ctypes
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import moderngl
 
-from greensward.gpu.context import is_software
+from greensward.gpu.context import gl_function, is_software
+
+_TIME_ELAPSED, _QUERY_COUNTER_BITS = 0x88BF, 0x8864
+
+
+def has_timer_queries(ctx: moderngl.Context) -> bool:
+    """Whether the driver's timer queries tell how long work takes. On software drivers they miss most of it."""
+    if is_software(ctx):
+        return False
+    bits = ctypes.c_int()
+    gl_function(ctx, "glGetQueryiv", None, ctypes.c_uint, ctypes.c_uint, ctypes.c_void_p)(
+        _TIME_ELAPSED, _QUERY_COUNTER_BITS, ctypes.byref(bits)
+    )
+    return bits.value > 0
 
 
 class PassTimers:
@@ -14,8 +28,9 @@ class PassTimers:
 
     def __init__(self, ctx: moderngl.Context) -> None:
         self.enabled = False
+        self.queried = has_timer_queries(ctx)
+        """Whether times are the GPU's own; if not, they are those of the wall clock around `finish()`."""
         self._ctx = ctx
-        self._software = is_software(ctx)
         self._queries: dict[str, list[moderngl.Query]] = {}
         self._used: dict[str, int] = {}
         self._wall: dict[str, float] = {}
@@ -30,28 +45,34 @@ class PassTimers:
         """Time what is drawn inside. Passes must not nest: OpenGL has one elapsed-time query at a time."""
         if not self.enabled:
             yield
-        elif self._software:
+            return
+        if not self.queried:
             # timer queries miss most of llvmpipe's work, which is done at the flush
             self._ctx.finish()
             started = time.perf_counter()
             yield
             self._ctx.finish()
-            self._wall[name] = self._wall.get(name, 0.0) + (time.perf_counter() - started) * 1e3
         else:
             queries = self._queries.setdefault(name, [])
             used = self._used.get(name, 0)
             if used == len(queries):
                 queries.append(self._ctx.query(time=True))
             self._used[name] = used + 1
+            started = time.perf_counter()
             with queries[used]:
                 yield
+        self._wall[name] = self._wall.get(name, 0.0) + (time.perf_counter() - started) * 1e3
 
     def milliseconds(self) -> dict[str, float]:
         """Time of each pass of the last frame. Waits for the GPU."""
-        if self._software:
+        if not self.queried:
             return dict(self._wall)
         return {
             name: sum(query.elapsed for query in self._queries[name][:used]) / 1e6
             for name, used in self._used.items()
             if used
         }
+
+    def cpu_milliseconds(self) -> dict[str, float]:
+        """Time that Python took to hand over each pass of the last frame; empty where the CPU itself draws them."""
+        return dict(self._wall) if self.queried else {}

@@ -1,0 +1,1 @@
+"""Measuring fairly: workloads, protocols, the floor, pictures against a reference, and the report."""

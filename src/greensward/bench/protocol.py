@@ -1,0 +1,224 @@
+"""HOW it is measured: warm-up, a recorded path, a fixed step of time, medians with their spread, nothing left out."""
+
+import math
+import statistics
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import moderngl
+import numpy as np
+
+from greensward.bench.floor import floor_ms
+from greensward.bench.tally import counted, gpu_bytes
+from greensward.gpu.context import is_software
+from greensward.gpu.timers import PassTimers
+from greensward.renderer import Counts
+from greensward.scene import Camera, GreenswardError
+
+STEP_S = 1.0 / 60.0
+PATH_S = 40.0
+_ASIDE_M, _AHEAD_M, _TURN_DEG = 1.5, 2.0, 12.0
+_FAR = 3.0  # interquartile ranges above the third quartile: an outlier, told and kept
+_MOST_OUTLIERS = 50
+_FEW = 5
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How many frames make a measurement, and how long it must and may last."""
+
+    name: str
+    frames: int
+    least_s: float = 0.0
+    warm_up: int = 3
+    most_s: float = math.inf
+    """After so long a few frames are enough."""
+
+    def goes_on(self, frames: int, lasted_s: float) -> bool:
+        """Whether another frame is due."""
+        if frames >= self.frames:
+            return lasted_s < self.least_s
+        return frames < _FEW or lasted_s < self.most_s
+
+
+def pace(protocol: str, frames: int | None, software: bool) -> Pace:
+    """The named protocol; `frames` takes the place of its own number, and then no time is prescribed."""
+    if protocol == "thesis":
+        return Pace("thesis", frames or 10_000, 0.0 if frames else 40.0, 3 if software else 30)
+    warm_up, most_s = (2, 5.0) if software else (10, 30.0)
+    return Pace("quick", frames or (7 if software else 61), 0.0, warm_up, math.inf if frames else most_s)
+
+
+class Subject(Protocol):
+    """What can be measured: `Renderer` and `InstancedStrips`."""
+
+    ctx: moderngl.Context
+    timers: PassTimers
+
+    @property
+    def blades(self) -> int:
+        """Blades sown."""
+
+    @property
+    def counts(self) -> Counts:
+        """Of the last frame."""
+
+    def draw(self, framebuffer: moderngl.Framebuffer, time_s: float = 0.0, *, camera: Camera | None = None) -> None:
+        """Draw a frame."""
+
+
+class DeviceLostError(GreenswardError):
+    """The driver gave up in the middle of a measurement."""
+
+
+def camera_on_path(camera: Camera, step: int) -> Camera:
+    """The camera of a step of the path: a loop of 40 s aside and ahead, looking to both sides; it begins at rest."""
+    turn = 2.0 * math.pi * step * STEP_S / PATH_S
+    x, y, z = camera.position_m
+    tx, ty, tz = camera.target_m
+    away = math.hypot(tx - x, tz - z) or 1.0
+    ahead = (tx - x) / away, (tz - z) / away
+    aside_m, ahead_m = _ASIDE_M * math.sin(turn), _AHEAD_M * 0.5 * (1.0 - math.cos(turn))
+    look = math.radians(_TURN_DEG) * math.sin(2.0 * turn)
+    looking = (
+        ahead[0] * math.cos(look) - ahead[1] * math.sin(look),
+        ahead[0] * math.sin(look) + ahead[1] * math.cos(look),
+    )
+    x += ahead[0] * ahead_m - ahead[1] * aside_m
+    z += ahead[1] * ahead_m + ahead[0] * aside_m
+    return camera.model_copy(
+        update={"position_m": (x, y, z), "target_m": (x + away * looking[0], ty, z + away * looking[1])}
+    )
+
+
+def clock(ctx: moderngl.Context, timers: PassTimers) -> str:
+    """What times, in words."""
+    if timers.queried:
+        return "GPU timer queries, each pass; a frame is their sum"
+    if is_software(ctx):
+        return "wall clock around finish(), as the CPU draws"
+    return "wall clock around finish(), as this driver has no timer queries"
+
+
+def measure(subject: Subject, camera: Camera, size: tuple[int, int], at: Pace) -> dict[str, Any]:
+    """Everything about a frame of a subject, as the columns of a row. Raises `DeviceLostError`."""
+    ctx = subject.ctx
+    target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
+    for _ in range(at.warm_up):
+        subject.draw(target, 0.0, camera=camera)
+    with counted(ctx) as tally:
+        subject.draw(target, 0.0, camera=camera)
+    counts = subject.counts
+    nbytes = gpu_bytes(ctx)
+    _refuse_lost(ctx)
+    times = _frames(subject, target, camera, at)
+    _refuse_lost(ctx)
+    repeats = min(max(at.frames // 2, 3), 31)
+    least_ms = floor_ms(
+        ctx,
+        size,
+        blades=counts.drawn,
+        primitives=tally.primitives_in_view,
+        blade_pixels=counts.pixels,
+        repeats=repeats,
+    )
+    return {
+        "blades_sown": subject.blades,
+        "blades_considered": counts.considered,
+        "blades_simulated": counts.simulated,
+        "blades_drawn": counts.drawn,
+        "blade_pixels": counts.pixels,
+        "vertices": tally.vertices,
+        "primitives": tally.primitives,
+        "primitives_in_view": tally.primitives_in_view,
+        "draw_calls": tally.draw_calls,
+        "dispatches": tally.dispatches,
+        **times,
+        "floor_ms": round(least_ms, 4),
+        "over_floor": round(times["frame_ms_median"] / max(least_ms, 1e-6), 2),
+        "gpu_bytes": nbytes,
+    }
+
+
+def _frames(subject: Subject, target: moderngl.Framebuffer, camera: Camera, at: Pace) -> dict[str, Any]:
+    """Frames along the path. Where passes are timed by the clock, they are timed apart: that stalls between them."""
+    queried = subject.timers.queried
+    whole, wall, python, passes, cpu_passes = [], [], [], _Series(), _Series()
+    subject.timers.enabled = queried
+    step, began = 0, time.perf_counter()
+    while at.goes_on(step, time.perf_counter() - began):
+        seen_from = camera_on_path(camera, step)
+        subject.ctx.finish()
+        started = time.perf_counter()
+        subject.draw(target, step * STEP_S, camera=seen_from)
+        python.append((time.perf_counter() - started) * 1e3)
+        subject.ctx.finish()
+        wall.append((time.perf_counter() - started) * 1e3)
+        if queried:
+            parts = subject.timers.milliseconds()
+            passes.add(parts)
+            cpu_passes.add(subject.timers.cpu_milliseconds())
+            whole.append(sum(parts.values()))
+        step += 1
+    lasted_s = time.perf_counter() - began
+    if not queried:
+        whole = wall
+        subject.timers.enabled = True
+        slow = statistics.median(whole) > 1000.0
+        for again in range(1 if slow else min(max(at.frames // 3, 3), 100)):
+            subject.draw(target, again * STEP_S, camera=camera_on_path(camera, again))
+            passes.add(subject.timers.milliseconds())
+    subject.timers.enabled = False
+    return {
+        "frames": step,
+        "lasted_s": round(lasted_s, 2),
+        **spread(whole),
+        "wall_ms_median": round(statistics.median(wall), 4),
+        "wall_ms_max": round(max(wall), 4),
+        # where the CPU draws, the calls themselves do
+        "cpu_ms_median": round(statistics.median(python), 4) if queried else None,
+        "pass_ms": passes.medians(),
+        "cpu_pass_ms": cpu_passes.medians(),
+    }
+
+
+def spread(frames_ms: Sequence[float]) -> dict[str, Any]:
+    """Columns that tell where the times of frames lie. Outliers are in all of them, and are listed."""
+    values = np.asarray(frames_ms, np.float64)
+    low, middle, high, p95 = np.percentile(values, (25, 50, 75, 95))
+    outliers = np.sort(values[values > high + _FAR * max(high - low, 0.01 * middle)])[::-1]
+    told = {
+        "frame_ms_median": middle,
+        "frame_ms_mean": values.mean(),
+        "frame_ms_p25": low,
+        "frame_ms_p75": high,
+        "frame_ms_p95": p95,
+        "frame_ms_min": values.min(),
+        "frame_ms_max": values.max(),
+    }
+    return {
+        **{name: round(float(value), 4) for name, value in told.items()},
+        "outliers": len(outliers),
+        "outliers_ms": [round(float(value), 4) for value in outliers[:_MOST_OUTLIERS]],
+    }
+
+
+class _Series:
+    """Times of passes, frame by frame."""
+
+    def __init__(self) -> None:
+        self._values: dict[str, list[float]] = {}
+
+    def add(self, parts: dict[str, float]) -> None:
+        for name, value in parts.items():
+            self._values.setdefault(name, []).append(value)
+
+    def medians(self) -> dict[str, float]:
+        return {name: round(statistics.median(values), 4) for name, values in self._values.items()}
+
+
+def _refuse_lost(ctx: moderngl.Context) -> None:
+    if (error := ctx.error) != "GL_NO_ERROR":
+        raise DeviceLostError(f"the driver failed with {error}")

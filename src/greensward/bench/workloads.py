@@ -1,0 +1,372 @@
+"""WHAT is measured: workloads named after their sources, each a list of cases."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from math import sqrt
+from typing import Any, Literal
+
+from greensward.library import load
+from greensward.scene import InputError, Scene, TechniqueChoice
+from greensward.scene.problems import one_of
+from greensward.techniques import SETTINGS
+
+Size = tuple[int, int]
+Scale = Literal["quick", "full", "toy"]
+STRIPS = "instanced-strips"
+AWAITED = ("billboard-grid", "vertex-buffer", "texture-array")
+"""Techniques that published measurements are of and that greensward does not have."""
+CPU_SIZE: Size = (640, 360)
+GPU_SIZE: Size = (1920, 1080)
+TOY_SIZE: Size = (48, 27)
+FIELD_M = 120.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene at a size of the picture."""
+
+    name: str
+    build: Callable[[], Scene]
+    size: Size | None = None
+    """Where the source says it; otherwise a size of the machine's liking."""
+    quick: bool = True
+    """Whether a CPU draws it in seconds."""
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    """For the techniques that have such settings."""
+    only: tuple[str, ...] = ()
+    """The techniques that tell it from the other cases; empty for all."""
+    published: str = ""
+    """What the source measured, in its own words."""
+
+
+@dataclass(frozen=True)
+class Workload:
+    """Cases that belong together, and what draws them unless a user says otherwise."""
+
+    name: str
+    source: str
+    cases: tuple[Case, ...]
+    techniques: tuple[str, ...]
+
+
+def even_field(blades: int, **tables: Any) -> Scene:
+    """So many blades on a square of 120 m, without level of detail by distance."""
+    sowing = {"density_per_m2": blades / FIELD_M**2, "drift": 0, "full_density_m": 1000, "reach_m": 1000}
+    return Scene.model_validate(
+        {
+            "ground": {"kind": "flat", "size_m": [FIELD_M, FIELD_M], "beyond": "bare"},
+            "sowing": sowing,
+            "camera": {"position_m": [0, 1.7, 55], "target_m": [0, 0.9, 0]},
+            **tables,
+        }
+    )
+
+
+def square(edge_m: float) -> Scene:
+    """A thousand blades per square metre on a square, none of them stored; level of detail as by default."""
+    return Scene.model_validate(
+        {
+            "ground": {"kind": "flat", "size_m": [edge_m, edge_m], "beyond": "bare"},
+            "sowing": {"density_per_m2": 1000, "reach_m": 700, "stored_m": 0},
+            "camera": {"position_m": [0, 1.7, 0], "target_m": [0, 0.9, -55]},
+        }
+    )
+
+
+def _blade_count() -> tuple[Case, ...]:
+    counts = {"10k": 10_000, "100k": 100_000, "1M": 1_000_000, "10M": 10_000_000, "30M": 30_000_000}
+    return tuple(Case(name, partial(even_field, count), quick=count <= 1_000_000) for name, count in counts.items())
+
+
+def _responsive() -> tuple[Case, ...]:
+    tables = {
+        "wind": [{"kind": "strong"}],
+        "shadows": {"enabled": False},
+        "simulation": {"form": "yan2024", "within_m": 1000, "settle_s": 0.0},
+    }
+    counts = {"100k": (100_000, True), "1M": (1_000_000, False), "10M": (10_000_000, False)}
+    return tuple(
+        Case(f"{name} simulated", partial(even_field, count, **tables), quick=quick)
+        for name, (count, quick) in counts.items()
+    )
+
+
+def _table1_scene(preset: str, edge_m: float, effects: bool, added: str) -> Scene:
+    """A row of Table 1: post-processing is the blur of section 5 and the darkening with distance."""
+    scene = load(preset)
+    post = {"blur": "average", "darkening": 0.3} if effects else {"blur": "off", "darkening": 0.0}
+    ground: dict[str, Any] = {"size_m": (edge_m, edge_m)}
+    if preset.endswith("instance"):
+        ground["beyond"] = "bare"
+    changes: dict[str, Any] = {
+        "ground": scene.ground.model_copy(update=ground),
+        "post": scene.post.model_copy(update=post),
+    }
+    if not added:
+        changes |= {"flowers": (), "object": ()}
+    return scene.model_copy(update=changes)
+
+
+_TABLE_1: tuple[tuple[str, int, bool, str, int, int], ...] = (
+    # scene, edge of the field in metres, post-processing, what else is drawn, frames per second, visible blades
+    ("Oasis", 160, True, "", 75, 136_650),
+    ("Oasis", 160, False, "", 78, 136_650),
+    ("Oasis", 320, True, "", 65, 330_816),
+    ("Oasis", 320, False, "", 68, 330_816),
+    ("Meadow", 300, True, "", 84, 348_370),
+    ("Meadow", 300, False, "", 88, 348_370),
+    ("Meadow", 300, True, "objects", 83, 348_370),
+    ("Meadow", 300, False, "objects", 87, 348_370),
+    ("Meadow", 600, True, "objects", 81, 340_716),
+    ("Meadow", 600, False, "objects", 85, 340_716),
+    ("Instance", 300, True, "", 60, 660_000),
+    ("Instance", 300, False, "", 62, 660_000),
+    ("Instance", 600, True, "", 56, 824_000),
+    ("Instance", 600, False, "", 58, 824_000),
+    # for the last three pairs the paper says "enabled" twice; the quicker is taken to be without
+    *(
+        ("Instance", edge_m, effects, "flowers", 55 if effects else 57, 1_008_000)
+        for edge_m in (2000, 4000, 8000, 90_000)
+        for effects in (True, False)
+    ),
+)
+_QUICK_ROWS = {("Oasis", 160), ("Meadow", 300), ("Instance", 2000)}
+
+
+def _table1() -> tuple[Case, ...]:
+    cases = []
+    for name, edge_m, effects, added, fps, visible in _TABLE_1:
+        told = f"{name} {edge_m}x{edge_m}{', ' + added if added else ''}, effects {'on' if effects else 'off'}"
+        preset = f"jahrmann2013-{name.lower()}"
+        cases.append(
+            Case(
+                told,
+                partial(_table1_scene, preset, float(edge_m), effects, added),
+                (1200, 800),
+                quick=(name, edge_m) in _QUICK_ROWS and (name != "Meadow" or added == "objects"),
+                published=f"{fps} frames per second, {visible:,} blades visible",
+            )
+        )
+    return tuple(cases)
+
+
+def _thesis_field(vertices: int, full_m: float, reach_m: float) -> Scene:
+    """Roots as the thesis sent them: its counts fit 25 on each square metre of a square around the camera.
+
+    Its levels are distances: all detail up to the first, none beyond the third.
+    """
+    edge_m = sqrt(vertices) / 5.0
+    return Scene.model_validate(
+        {
+            "ground": {"kind": "flat", "size_m": [edge_m, edge_m], "beyond": "bare"},
+            "sowing": {"density_per_m2": 25, "drift": 0, "full_density_m": full_m, "reach_m": reach_m},
+            "camera": {"position_m": [0, 2.5, 0], "target_m": [0, 1.0, -10]},
+        }
+    )
+
+
+def _thesis_limit() -> Scene:
+    """Every root in view and in full detail; seven vertices each make the 64,012,032 of the thesis."""
+    scene = _thesis_field(9_144_576, 10_000, 10_000)
+    camera = scene.camera.model_copy(update={"position_m": (0.0, 12.0, 310.0), "target_m": (0.0, 0.0, 200.0)})
+    return scene.model_copy(update={"camera": camera})
+
+
+_SIZES: tuple[Size, ...] = (
+    (1, 1),
+    (640, 480),
+    (800, 600),
+    (1024, 768),
+    (1280, 1024),
+    (1680, 1050),
+    (1920, 1080),
+    (1920, 1200),
+    (2560, 1600),
+)
+
+
+def _resolution() -> tuple[Case, ...]:
+    return tuple(
+        Case(
+            f"{width}x{height}",
+            partial(_thesis_field, 139_800, 8, 32),
+            (width, height),
+            quick=width <= 1280,
+            published="texture-array: 1,224 frames per second on average" if width == 2560 else "",
+        )
+        for width, height in _SIZES
+    )
+
+
+def _levels() -> tuple[Case, ...]:
+    sets = {
+        "low": (50_700, 4, 16),
+        "normal": (139_800, 8, 32),
+        "high": (480_000, 16, 64),
+        "ultra": (1_786_300, 32, 128),
+    }
+    return tuple(
+        Case(
+            f"{name}, set {number}",
+            partial(_thesis_field, vertices, first if number == 1 else third, third),
+            (1680, 1050),
+            quick=name in ("low", "normal"),
+        )
+        for name, (vertices, first, third) in sets.items()
+        for number in (1, 2)
+    )
+
+
+def _extra_blades() -> tuple[Case, ...]:
+    made = {"A, 0 extra": 139_800, "B, 3 extra": 145_600, "C, 8 extra": 139_500}
+    return tuple(Case(name, partial(_thesis_field, blades, 8, 32), (1680, 1050)) for name, blades in made.items())
+
+
+def _half_screen() -> Scene:
+    """Flat grass up to a level horizon: half of the picture."""
+    scene = even_field(400_000)
+    camera = scene.camera.model_copy(update={"target_m": (0.0, 1.7, 0.0)})
+    return scene.model_copy(update={"camera": camera})
+
+
+def _hills(full_density_m: float = 8.0, **culling: bool) -> Scene:
+    """Dense grass on hills, sown ever thinner beyond a distance, and every test but those named."""
+    return Scene.model_validate(
+        {
+            "ground": {
+                "kind": "noise",
+                "size_m": [FIELD_M, FIELD_M],
+                "height_m": 8,
+                "wavelength_m": 45,
+                "beyond": "bare",
+            },
+            "sowing": {"density_per_m2": 600, "drift": 0, "full_density_m": full_density_m},
+            "camera": {"position_m": [0, 1.7, 50], "target_m": [0, 0.9, 0]},
+            "culling": culling,
+        }
+    )
+
+
+def _ablation() -> tuple[Case, ...]:
+    drop = {"edge_on": "drop"}  # otherwise the test of orientation finds nothing to leave out
+    cut = {"error_px": 1e-6}
+    leaves = "visibility-buffer", "bezier-blades"
+    tests = "orientation", "frustum", "distance", "occlusion"
+    return (
+        Case("every test", _hills, settings=drop),
+        *(Case(f"without {name}", partial(_hills, **{name: False}), settings=drop) for name in tests),
+        Case("with behind_grass", partial(_hills, behind_grass=True), settings=drop, only=("visibility-buffer",)),
+        Case("all segments everywhere", _hills, settings={**drop, **cut}, only=leaves),
+        Case(
+            "no test, all segments",
+            partial(_hills, **dict.fromkeys(tests, False)),
+            settings={**drop, **cut},
+        ),
+        Case("every blade sown", partial(_hills, 1000.0), settings=drop, quick=False),
+        Case(
+            "no test, no level of detail",
+            partial(_hills, 1000.0, **dict.fromkeys(tests, False)),
+            quick=False,
+            settings={**drop, **cut},
+        ),
+    )
+
+
+def workloads() -> dict[str, Workload]:
+    """All of them by name."""
+    every = (*SETTINGS, STRIPS)
+    thesis, tillman = "Tillman 2013, ", ("vertex-buffer", "texture-array", "visibility-buffer", STRIPS)
+    jahrmann = "tessellated-quads", "visibility-buffer"
+    listed = (
+        Workload("blade-count", "evenly sown squares of 120 m, every blade drawn", _blade_count(), every),
+        Workload(
+            "field-scale",
+            "a hectare and a square kilometre of a thousand blades on each square metre, none stored",
+            (Case("hectare", partial(square, 100.0)), Case("square-km", partial(square, 1000.0))),
+            ("visibility-buffer",),
+        ),
+        Workload(
+            "responsive-10m",
+            "Yan, Wu & Wang 2024: blades that all remember, in strong wind",
+            _responsive(),
+            ("visibility-buffer", "bezier-blades"),
+        ),
+        Workload("jahrmann2013-table1", "Jahrmann & Wimmer 2013, Table 1", _table1(), jahrmann),
+        Workload("tillman2013-resolution", thesis + "3.1.1: resolutions", _resolution(), tillman),
+        Workload("tillman2013-lod", thesis + "3.1.2: levels of detail", _levels(), tillman),
+        Workload(
+            "tillman2013-extra-blades", thesis + "3.1.3: extra blades for each vertex", _extra_blades(), tillman
+        ),
+        Workload(
+            "tillman2013-limit",
+            thesis + "3.1.4: 9,144,576 roots expanded to 64,012,032 vertices",
+            (
+                Case(
+                    "9,144,576 roots",
+                    _thesis_limit,
+                    (1680, 1050),
+                    quick=False,
+                    published="vertex-buffer: 36.28 ms, texture-array: 58.69 ms",
+                ),
+            ),
+            tillman,
+        ),
+        Workload(
+            "habel2007-half-screen",
+            "Habel, Wimmer & Jeschke 2007: half the screen covered",
+            (Case("half the screen", _half_screen, (1024, 768), published="90 to 300 frames per second"),),
+            ("billboard-grid", "visibility-buffer"),
+        ),
+        Workload(
+            "ablation", "each test of [culling] and each level of detail left out", _ablation(), tuple(SETTINGS)
+        ),
+    )
+    return {each.name: each for each in listed}
+
+
+QUICK = ("blade-count", "field-scale", "jahrmann2013-table1", "tillman2013-resolution", "ablation")
+"""What is measured unless a user names something."""
+
+
+def chosen_workloads(names: tuple[str, ...]) -> tuple[Workload, ...]:
+    """The workloads of these names; `all` is every one, none the quick suite. Raises `InputError`."""
+    known = workloads()
+    if "all" in names:
+        return tuple(known.values())
+    for name in names:
+        if name not in known:
+            raise InputError(f"workload: {one_of(name, known)}; or all")
+    return tuple(known[name] for name in dict.fromkeys(names or QUICK))
+
+
+def chosen_techniques(names: tuple[str, ...]) -> tuple[str, ...]:
+    """These names, if each may be measured. Raises `InputError`."""
+    known = (*SETTINGS, STRIPS, *AWAITED)
+    for name in names:
+        if name not in known:
+            raise InputError(f"--techniques: {one_of(name, known)}")
+    return tuple(dict.fromkeys(names))
+
+
+def drawn_by(technique: str, scene: Scene, settings: Mapping[str, Any]) -> Scene:
+    """The same scene by a technique, with those settings that it has."""
+    if technique == STRIPS:
+        return scene
+    own = (scene.technique.model_extra or {}) if scene.technique.name == technique else {}
+    had = {key: value for key, value in settings.items() if key in SETTINGS[technique].model_fields}
+    choice = TechniqueChoice.model_validate({"name": technique, **own, **had})
+    return scene.model_copy(update={"technique": choice})
+
+
+def toy(scene: Scene) -> Scene:
+    """The same with a few thousand blades and small shadow maps: everything runs, and nothing takes long."""
+    sowing = scene.sowing.model_copy(
+        update={
+            "density_per_m2": min(scene.sowing.density_per_m2, 20.0),
+            "full_density_m": min(scene.sowing.full_density_m, 5.0),
+            "reach_m": min(scene.sowing.reach_m, 12.0),
+        }
+    )
+    shadows = scene.shadows.model_copy(update={"size_px": 64, "cascades": 1})
+    return scene.model_copy(update={"sowing": sowing, "shadows": shadows})

@@ -1,0 +1,181 @@
+"""`greensward bench`."""
+
+import contextlib
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from greensward.cli.options import Device, size_of, whole
+
+EXAMPLES = """\b
+Examples:
+  greensward bench --list
+  greensward bench blade-count --techniques visibility-buffer,instanced-strips
+  greensward bench --json today.json --report today
+  greensward bench tillman2013-limit --scale full --protocol thesis --json limit.json
+  greensward bench --compare before.json after.json
+"""
+
+
+def _one(allowed: tuple[str, ...]) -> Any:
+    def parse(text: str) -> str:
+        if text not in allowed:
+            raise typer.BadParameter(f"must be one of {', '.join(allowed)} (got {text})")
+        return text
+
+    return parse
+
+
+def _names(texts: Iterable[str] | None) -> tuple[str, ...]:
+    names = (name.strip() for text in texts or () for name in text.split(","))
+    return tuple(name for name in names if name)
+
+
+def _sizes(texts: Iterable[str] | None) -> list[tuple[int, int]]:
+    try:
+        return [size_of(name) for name in _names(texts)]
+    except typer.BadParameter as error:
+        error.param_hint = "'--sizes'"
+        raise
+
+
+def bench(
+    workloads: Annotated[
+        list[str] | None, typer.Argument(metavar="[WORKLOAD]...", help="What to measure, as --list has it; or all.")
+    ] = None,
+    techniques: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAMES", help="Which draw it, with commas; if not given, those of each workload."),
+    ] = None,
+    sizes: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SIZES", help="Pixels, with commas, such as 640x360,1920x1080; if not given, the source's."
+        ),
+    ] = None,
+    frames: Annotated[
+        Any,
+        typer.Option(
+            parser=whole(1, 10_000_000), metavar="N", help="Frames of each measurement.", show_default=False
+        ),
+    ] = None,
+    protocol: Annotated[
+        Any,
+        typer.Option(
+            parser=_one(("quick", "thesis")),
+            metavar="quick|thesis",
+            help="thesis: at least 10,000 frames over at least 40 s (Tillman 2013).",
+        ),
+    ] = "quick",
+    scale: Annotated[
+        Any,
+        typer.Option(
+            parser=_one(("quick", "full", "toy")),
+            metavar="quick|full|toy",
+            help="quick leaves out what takes a CPU long; toy makes everything tiny, to see that it runs.",
+        ),
+    ] = "quick",
+    quality: Annotated[
+        bool, typer.Option(help="Compare the techniques' pictures of one scene as well, by their FLIP distance.")
+    ] = True,
+    json_file: Annotated[
+        Path | None,
+        typer.Option("--json", metavar="FILE", help="Where to write the rows; kept up to date meanwhile."),
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Where to write report.html and report.md.")
+    ] = None,
+    compare: Annotated[
+        tuple[Path, Path] | None,
+        typer.Option(metavar="FILE FILE", help="Compare two JSON files, and measure nothing."),
+    ] = None,
+    source: Annotated[
+        list[Path] | None,
+        typer.Option("--from", metavar="FILE", help="Print or report what JSON files hold; may be repeated."),
+    ] = None,
+    listing: Annotated[bool, typer.Option("--list", help="List the workloads.")] = False,
+    device: Device = "auto",
+) -> None:
+    """Measure techniques fairly: everything counted, beside the machine's own floor, at equal picture."""
+    if listing:
+        _list()
+        return
+    measured = _names(workloads), _names(techniques), _sizes(sizes)
+    from greensward.bench import comparison, record
+    from greensward.bench.report import markdown_tables, write_report
+    from greensward.io.rasters import check_writable
+    from greensward.scene.errors import InputError
+
+    if compare and source:
+        raise InputError("--compare: must stand alone; leave out --from")
+    if (compare or source) and (any(measured) or json_file):
+        raise InputError("--compare and --from: must stand alone, as they measure nothing; leave out what to measure")
+    if compare:
+        first, second = map(record.read, compare)
+        print(comparison.compare(first, second, compare), end="")
+        return
+    if json_file:
+        check_writable(json_file, (".json",))
+    if report:
+        record.check_folder(report)
+    if source:
+        kept = record.merged({path: record.read(path) for path in source})
+        if report:
+            _say(report, write_report(report, kept, None))
+        else:
+            print(markdown_tables(kept), end="")
+        return
+    from greensward.bench.suite import Result, Wanted, run
+    from greensward.bench.tables import skipped
+    from greensward.bench.workloads import chosen_techniques, chosen_workloads
+
+    wanted = Wanted(
+        chosen_workloads(measured[0]),
+        chosen_techniques(measured[1]),
+        measured[2],
+        frames=frames,
+        protocol=protocol,
+        scale=scale,
+        quality=quality,
+        device=device,
+    )
+
+    def keep(result: Result) -> None:
+        if json_file:
+            record.write(json_file, result.json)
+
+    result = run(wanted, tell=_tell, keep=keep)
+    keep(result)
+    if report:
+        _say(report, write_report(report, result.json, result.pictures))
+    if not report and not json_file:
+        print(markdown_tables(result.json), end="")
+    for workload, by, cases, why in skipped(result.json).rows:
+        named = ", ".join(filter(None, (workload, by, "" if cases == "all" else cases)))
+        print(f"Not measured: {named}: {why}", file=sys.stderr)
+    if result.machine["incomplete"]:
+        print(f"Incomplete: {result.machine['incomplete']}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+def _tell(line: str) -> None:
+    """On a terminal, what is done; a pipe hears of what is missing alone."""
+    if sys.stderr.isatty():
+        print(line, file=sys.stderr)
+
+
+def _say(folder: Path, files: list[Path]) -> None:
+    print(f"{folder}: {', '.join(sorted(file.name for file in files))}")
+
+
+def _list() -> None:
+    from greensward.bench.workloads import QUICK, workloads
+
+    for each in workloads().values():
+        with contextlib.suppress(BrokenPipeError):
+            print(f"{each.name}{' (quick)' if each.name in QUICK else ''}: {each.source}")
+            print(f"    cases: {'; '.join(case.name for case in each.cases)}")
+            print(f"    techniques: {', '.join(each.techniques)}")

@@ -1,0 +1,118 @@
+"""A run at toy size: rows as promised, and an honest word on what is missing."""
+
+import moderngl
+import pytest
+
+from greensward.bench import quality, suite
+from greensward.bench.quality import flip_distance
+from greensward.bench.suite import Wanted, commit, run, scene_hash
+from greensward.bench.workloads import STRIPS, chosen_workloads
+from greensward.library import load
+from greensward.scene import GreenswardError
+
+TOY = {"scale": "toy", "frames": 2, "quality": False, "device": "cpu"}
+
+
+def wanted(*names: str, **options) -> Wanted:
+    return Wanted(chosen_workloads(names), **{**TOY, **options})
+
+
+def test_a_run_gives_flat_rows_of_every_case_and_technique():
+    kept = []
+    result = run(wanted("blade-count", techniques=(STRIPS, "visibility-buffer"), sizes=((16, 9), (32, 18))),
+                 keep=lambda now: kept.append((len(now.rows), now.machine["incomplete"])))  # fmt: skip
+    assert list(result.json) == ["machine", "rows"]
+    assert len(result.rows) == 5 * 2 * 2
+    assert {(row["width"], row["height"]) for row in result.rows} == {(16, 9), (32, 18)}
+    assert {row["technique"] for row in result.rows} == {STRIPS, "visibility-buffer"}
+    assert kept[0] == (1, "stopped after 1 of 20 measurements")
+    assert kept[-1] == (20, None)
+    machine = result.machine
+    assert machine["driver"].startswith("llvmpipe")
+    assert machine["clock"] == "wall clock around finish(), as the CPU draws"
+    assert machine["frames"] == 2
+    assert not machine["skipped"]
+
+
+def test_what_is_not_there_or_takes_long_is_said():
+    result = run(wanted("habel2007-half-screen", "tillman2013-limit", scale="quick", techniques=("billboard-grid",)))
+    assert result.rows == []
+    assert {each["workload"] for each in result.machine["skipped"]} == {"habel2007-half-screen", "tillman2013-limit"}
+    assert "does not have this technique" in result.machine["skipped"][0]["reason"]
+    slow = run(wanted("tillman2013-limit", scale="quick", techniques=("visibility-buffer",)))
+    assert slow.machine["skipped"][0]["reason"] == "takes long: --scale full"
+
+
+def test_a_technique_that_cannot_draw_a_case_is_skipped_with_its_reason():
+    result = run(wanted("field-scale", techniques=("bezier-blades", STRIPS, "visibility-buffer")))
+    assert {row["technique"] for row in result.rows} == {"visibility-buffer"}
+    assert len(result.machine["skipped"]) == 4
+    assert all("stored" in each["reason"] for each in result.machine["skipped"])
+    assert result.machine["incomplete"] is None
+
+
+LOST = (suite.DeviceLostError("the driver stopped drawing"), moderngl.Error("gone"), MemoryError())
+
+
+@pytest.mark.parametrize("error", LOST, ids=lambda error: type(error).__name__)
+def test_a_device_lost_midway_leaves_the_rows_so_far(error, monkeypatch):
+    measure, calls = suite.measure, []
+
+    def failing(*arguments):
+        calls.append(arguments)
+        if len(calls) == 3:
+            raise error
+        return measure(*arguments)
+
+    monkeypatch.setattr(suite, "measure", failing)
+    result = run(wanted("blade-count", techniques=(STRIPS,)))
+    assert len(result.rows) == 2
+    told = str(error) or "memory ran out"
+    assert result.machine["incomplete"] == f"{told} after 2 of 5 measurements, in blade-count, {STRIPS}, 1M"
+
+
+def test_pictures_are_compared_with_a_clean_one():
+    pytest.importorskip("flip_evaluator")
+    result = run(wanted("habel2007-half-screen", quality=True, techniques=("visibility-buffer",)))
+    rows = [row for row in result.rows if row["workload"] == "quality"]
+    assert [row["case"] for row in rows] == ["meadow, 1 sample"]
+    assert 0.0 < rows[0]["flip"] < 0.5
+    assert list(result.pictures) == ["reference", "visibility-buffer, meadow, 1 sample"]
+
+
+def test_flip_tells_equal_from_unlike():
+    pytest.importorskip("flip_evaluator")
+    import numpy as np
+
+    grey = np.full((16, 16, 3), 128, np.uint8)
+    assert flip_distance()(grey, grey) == 0.0
+    assert flip_distance()(grey, 255 - 0 * grey) > 0.1
+
+
+def test_without_flip_pictures_are_kept_and_the_cure_told(monkeypatch):
+    def missing():
+        raise GreenswardError(f"FLIP distances need flip-evaluator: {quality.INSTALL}")
+
+    monkeypatch.setattr(quality, "flip_distance", missing)
+    result = run(wanted("habel2007-half-screen", quality=True, techniques=("visibility-buffer",)))
+    assert result.rows[-1]["flip"] is None
+    assert len(result.pictures) == 2
+    assert quality.INSTALL in result.machine["skipped"][-1]["reason"]
+
+
+def test_the_hash_follows_the_scene_and_its_files(tmp_path):
+    assert scene_hash(load("meadow")) == scene_hash(load("meadow"))
+    assert scene_hash(load("meadow")) != scene_hash(load("meadow", seed=5))
+    oasis = load("jahrmann2013-oasis")
+    copy = tmp_path / "jahrmann2013"
+    copy.mkdir()
+    for file in oasis.resolve("jahrmann2013").iterdir():
+        copy.joinpath(file.name).write_bytes(file.read_bytes())
+    moved = oasis.in_folder(tmp_path)
+    assert scene_hash(moved) == scene_hash(oasis)
+    copy.joinpath("oasis-density.png").write_bytes(b"another")
+    assert scene_hash(moved) != scene_hash(oasis)
+
+
+def test_there_is_no_commit_outside_of_a_repository(tmp_path):
+    assert commit(tmp_path) is None

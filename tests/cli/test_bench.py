@@ -1,0 +1,100 @@
+"""`greensward bench`: what it prints, writes and refuses."""
+
+import json
+
+import pytest
+
+from greensward.cli import main
+
+
+@pytest.fixture
+def bench(monkeypatch, capsys, tmp_path):
+    """Runs the command in a folder of its own: exit code, standard output, standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*args):
+        with pytest.raises(SystemExit) as left:
+            main(["bench", *args])
+        told = capsys.readouterr()
+        return left.value.code or 0, told.out, told.err
+
+    return run
+
+
+TOY = ("--scale", "toy", "--frames", "2", "--no-quality", "--device", "cpu")
+
+
+def test_the_workloads_are_listed(bench):
+    code, out, err = bench("--list")
+    assert (code, err) == (0, "")
+    assert "blade-count (quick): " in out
+    assert "9,144,576 roots" in out
+
+
+def test_a_run_writes_json_and_report(bench, tmp_path):
+    asked = ("habel2007-half-screen", "--techniques", "visibility-buffer,billboard-grid", *TOY)
+    code, out, err = bench(*asked, "--json", "a.json", "--report", "told/here")
+    assert code == 0
+    assert out == "told/here: habel2007-half-screen.png, report.html, report.md\n"
+    assert err == "Not measured: habel2007-half-screen, billboard-grid: greensward does not have this technique yet\n"
+    kept = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
+    assert list(kept) == ["machine", "rows"]
+    assert kept["machine"]["incomplete"] is None
+    assert [row["technique"] for row in kept["rows"]] == ["visibility-buffer"]
+
+    code, out, err = bench("--from", "a.json")
+    assert (code, err) == (0, "")
+    assert "## habel2007-half-screen" in out
+    assert bench("--from", "a.json", "--report", "again")[0] == 0
+    code, out, err = bench("--compare", "a.json", "a.json")
+    assert (code, err) == (0, "")
+    assert "too few frames to tell" in out
+
+
+def test_without_files_the_tables_are_printed(bench):
+    code, out, _ = bench("blade-count", "--techniques", "instanced-strips", "--sizes", "16x9", *TOY)
+    assert code == 0
+    assert "| 1M | instanced-strips | 16×9 |" in out
+
+
+def test_a_lost_device_is_an_honest_partial_report(bench, monkeypatch, tmp_path):
+    from greensward.bench import suite
+
+    def lost(*_):
+        raise suite.DeviceLostError("the driver stopped drawing (GL_CONTEXT_LOST)")
+
+    monkeypatch.setattr(suite, "measure", lost)
+    asked = ("habel2007-half-screen", "--techniques", "visibility-buffer", *TOY)
+    code, _, err = bench(*asked, "--json", "a.json", "--report", "told")
+    assert code == 1
+    assert err.startswith("Incomplete: the driver stopped drawing (GL_CONTEXT_LOST) after 0 of 1 measurements")
+    assert "Incomplete: " in (tmp_path / "told" / "report.md").read_text(encoding="utf-8")
+    assert json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))["machine"]["incomplete"]
+
+
+@pytest.mark.parametrize(
+    ("args", "told"),
+    [
+        (("nothing",), "workload: must be one of"),
+        (("--techniques", "strips"), "--techniques: must be one of"),
+        (("--frames", "0"), "must be a whole number from 1"),
+        (("--sizes", "640x360,0x0"), "must be WIDTHxHEIGHT"),
+        (("--protocol", "slow"), "must be one of quick, thesis"),
+        (("--scale", "huge"), "must be one of quick, full, toy"),
+        (("--json", "a.txt"), "must end in one of .json"),
+        (("--json", "nowhere/a.json"), "there is no folder nowhere"),
+        (("--compare", "a.json", "b.json"), "a.json: cannot be read"),
+        (("--from", "a.json"), "a.json: cannot be read"),
+        (("blade-count", "--from", "a.json"), "leave out what to measure"),
+        (("--compare", "a.json", "b.json", "--from", "a.json"), "must stand alone"),
+        (("--device", "77"), "device: must be"),
+    ],
+    ids=str,
+)
+def test_bad_usage_is_one_sentence_and_nothing_is_written(bench, tmp_path, args, told):
+    code, out, err = bench(*args)
+    assert code == 2
+    assert out == ""
+    assert told in err
+    assert "Traceback" not in err
+    assert list(tmp_path.iterdir()) == []
