@@ -45,7 +45,8 @@ def test_a_run_writes_json_and_report(bench, tmp_path):
     code, out, err = bench("--from", "a.json")
     assert (code, err) == (0, "")
     assert "## habel2007-half-screen" in out
-    assert bench("--from", "a.json", "--report", "again")[0] == 0
+    assert bench("--from", "a.json", "--from", "a.json", "--report", "again", "--json", "b.json")[0] == 0
+    assert json.loads((tmp_path / "b.json").read_text(encoding="utf-8"))["rows"] == kept["rows"]
     code, out, err = bench("--compare", "a.json", "a.json")
     assert (code, err) == (0, "")
     assert "too few frames to tell" in out
@@ -87,6 +88,8 @@ def test_a_lost_device_is_an_honest_partial_report(bench, monkeypatch, tmp_path)
         (("--from", "a.json"), "a.json: cannot be read"),
         (("blade-count", "--from", "a.json"), "leave out what to measure"),
         (("--compare", "a.json", "b.json", "--from", "a.json"), "must stand alone"),
+        (("--from", "a.json", "--report", "told"), "a.json: cannot be read"),
+        (("nothing", "--report", "told"), "workload: must be one of"),
         (("--device", "77"), "device: must be"),
     ],
     ids=str,

@@ -119,7 +119,8 @@ def measure(subject: Subject, camera: Camera, size: tuple[int, int], at: Pace) -
     least_ms = floor_ms(
         ctx,
         size,
-        blades=counts.drawn,
+        # of blades drawn without a test, many are out of view; the primitives tell which are not
+        blades=counts.drawn if getattr(subject, "culls", True) else 0,
         primitives=tally.primitives_in_view,
         blade_pixels=counts.pixels,
         repeats=repeats,

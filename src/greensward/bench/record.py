@@ -46,14 +46,16 @@ def read(path: Path) -> Record:
 def merged(records: Mapping[Path, Record]) -> Record:
     """Runs of one machine as one record; of what was measured twice, the later counts. Raises `InputError`."""
     machines = [record["machine"] for record in records.values()]
-    for name in ("driver", "clock", "greensward", "commit"):
+    for name in ("driver", "clock", "greensward"):
         if len(found := {machine.get(name) for machine in machines}) > 1:
             listed = ", ".join(sorted(map(str, found)))
             raise InputError(f"--from: the files must be of one {name} (got {listed}); give each its own report")
     rows = {tuple(row[name] for name in _COLUMNS[:5]): row for record in records.values() for row in record["rows"]}
     skipped = [each for machine in machines for each in machine.get("skipped", [])]
     incomplete = "; ".join(filter(None, (machine.get("incomplete") for machine in machines))) or None
-    return {"machine": {**machines[-1], "skipped": skipped, "incomplete": incomplete}, "rows": list(rows.values())}
+    commits = ", ".join(dict.fromkeys(machine["commit"] for machine in machines if machine.get("commit"))) or None
+    machine = {**machines[-1], "commit": commits, "skipped": skipped, "incomplete": incomplete}
+    return {"machine": machine, "rows": list(rows.values())}
 
 
 def check_folder(folder: Path) -> None:

@@ -28,6 +28,7 @@ class InstancedStrips:
     """
 
     technique_name = "instanced-strips"
+    culls = False
 
     def __init__(self, scene: Scene, *, size: tuple[int, int], device: str = "auto") -> None:
         if scene.sowing.stored_m is not None:

@@ -4,11 +4,14 @@ import contextlib
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from greensward.cli.options import Device, size_of, whole
+
+if TYPE_CHECKING:
+    from greensward.bench.suite import Wanted
 
 EXAMPLES = """\b
 Examples:
@@ -103,45 +106,63 @@ def bench(
     if listing:
         _list()
         return
-    measured = _names(workloads), _names(techniques), _sizes(sizes)
-    from greensward.bench import comparison, record
-    from greensward.bench.report import markdown_tables, write_report
-    from greensward.io.rasters import check_writable
     from greensward.scene.errors import InputError
 
-    if compare and source:
-        raise InputError("--compare: must stand alone; leave out --from")
-    if (compare or source) and (any(measured) or json_file):
+    named = _names(workloads), _names(techniques), _sizes(sizes)
+    if compare and (source or json_file or report):
+        raise InputError("--compare: must stand alone, as it prints; leave out the other files")
+    if (compare or source) and any(named):
         raise InputError("--compare and --from: must stand alone, as they measure nothing; leave out what to measure")
     if compare:
-        first, second = map(record.read, compare)
-        print(comparison.compare(first, second, compare), end="")
+        _compare(*compare)
         return
-    if json_file:
-        check_writable(json_file, (".json",))
-    if report:
-        record.check_folder(report)
     if source:
-        kept = record.merged({path: record.read(path) for path in source})
-        if report:
-            _say(report, write_report(report, kept, None))
-        else:
-            print(markdown_tables(kept), end="")
+        _show(source, json_file, report)
         return
-    from greensward.bench.suite import Result, Wanted, run
-    from greensward.bench.tables import skipped
+    from greensward.bench.suite import Wanted
     from greensward.bench.workloads import chosen_techniques, chosen_workloads
 
     wanted = Wanted(
-        chosen_workloads(measured[0]),
-        chosen_techniques(measured[1]),
-        measured[2],
+        chosen_workloads(named[0]),
+        chosen_techniques(named[1]),
+        named[2],
         frames=frames,
         protocol=protocol,
         scale=scale,
         quality=quality,
         device=device,
     )
+    _measure(wanted, json_file, report)
+
+
+def _compare(first: Path, second: Path) -> None:
+    from greensward.bench.comparison import compare
+    from greensward.bench.record import read
+
+    print(compare(read(first), read(second), (first, second)), end="")
+
+
+def _show(sources: list[Path], json_file: Path | None, report: Path | None) -> None:
+    from greensward.bench import record
+    from greensward.bench.report import markdown_tables, write_report
+
+    kept = record.merged({path: record.read(path) for path in sources})
+    _check(json_file, report)
+    if json_file:
+        record.write(json_file, kept)
+    if report:
+        _say(report, write_report(report, kept, None))
+    if not report and not json_file:
+        print(markdown_tables(kept), end="")
+
+
+def _measure(wanted: "Wanted", json_file: Path | None, report: Path | None) -> None:
+    from greensward.bench import record
+    from greensward.bench.report import markdown_tables, write_report
+    from greensward.bench.suite import Result, run
+    from greensward.bench.tables import skipped
+
+    _check(json_file, report)
 
     def keep(result: Result) -> None:
         if json_file:
@@ -159,6 +180,17 @@ def bench(
     if result.machine["incomplete"]:
         print(f"Incomplete: {result.machine['incomplete']}", file=sys.stderr)
         raise typer.Exit(1)
+
+
+def _check(json_file: Path | None, report: Path | None) -> None:
+    """Refuse what cannot be written, which is best known before hours of work."""
+    from greensward.bench.record import check_folder
+    from greensward.io.rasters import check_writable
+
+    if json_file:
+        check_writable(json_file, (".json",))
+    if report:
+        check_folder(report)
 
 
 def _tell(line: str) -> None:
