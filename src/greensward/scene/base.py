@@ -1,9 +1,9 @@
 """What every scene model shares: strict numbers, units in the key, help on the field."""
 
 import re
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, Self, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, model_validator
 from pydantic.fields import FieldInfo
 
 _NAMES_A_FILE = "names a file"
@@ -49,6 +49,21 @@ class Model(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True, use_attribute_docstrings=True
     )
+
+
+class Area(Model):
+    """A part of the ground."""
+
+    from_m: tuple[Number, Number]
+    """Its north-west corner: x and z."""
+    to_m: tuple[Number, Number]
+    """Its south-east corner."""
+
+    @model_validator(mode="after")
+    def _has_an_area(self) -> Self:
+        if not all(low < high for low, high in zip(self.from_m, self.to_m, strict=True)):
+            raise ValueError(f"to_m must be south-east of from_m (got {list(self.from_m)} and {list(self.to_m)})")
+        return self
 
 
 def linear(colour: str) -> tuple[float, float, float]:

@@ -1,31 +1,21 @@
 """What the grass stands on."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from greensward.scene.base import Count, FileName, Model, Number, Size, Text
+from greensward.scene.base import Area, Count, FileName, Model, Number, Size, Text
 
 MOST_TILES = 8
 
 
-class GroundTile(Model):
+class GroundTile(Area):
     """A part of the ground with a soil of its own."""
 
-    from_m: tuple[Number, Number]
-    """Its north-west corner: x and z."""
-    to_m: tuple[Number, Number]
-    """Its south-east corner."""
     texture: FileName
     """Picture of its soil, repeated without visible tiling."""
     texture_m: Number = Field(2.0, gt=0, le=1000)
     """Width on the ground of one copy of the texture."""
-
-    @model_validator(mode="after")
-    def _has_an_area(self) -> Self:
-        if not all(low < high for low, high in zip(self.from_m, self.to_m, strict=True)):
-            raise ValueError(f"to_m must be south-east of from_m (got {list(self.from_m)} and {list(self.to_m)})")
-        return self
 
 
 class Surface(Model):

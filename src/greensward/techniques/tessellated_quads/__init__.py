@@ -13,7 +13,7 @@ from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.scene import InputError
 from greensward.techniques.leaf import LEAF_BLOCK
-from greensward.techniques.tessellated_quads.instances import Instances
+from greensward.techniques.tessellated_quads.instances import FADING, Instances
 from greensward.techniques.tessellated_quads.pictures import coloured, picture_array, slender
 from greensward.techniques.tessellated_quads.settings import Settings
 from greensward.world import CHUNKS, Instant, Seen, World
@@ -22,6 +22,8 @@ _FOLDER = "techniques/tessellated_quads"
 _LISTED, _DRAWN = 5, 7
 _PICTURES_UNIT = 22
 _DRAWN_PARTS = 1024
+_NONE_DRAWN = bytes(4 * _DRAWN_PARTS)
+_STILL = tuple(np.eye(4).ravel())
 _STAGES = [f"{_FOLDER}/blade.{stage}" for stage in ("vert", "tesc", "tese", "frag")]
 
 
@@ -46,7 +48,7 @@ class TessellatedQuads:
         self._block = BlockBuffer(ctx, LEAF_BLOCK)
         self._block.set(**settings.block_values(), slack_m=self._slack_m())
         self._pictures = picture_array(ctx, scene)
-        self._drawn = ctx.buffer(bytes(4 * _DRAWN_PARTS))
+        self._drawn = ctx.buffer(_NONE_DRAWN)
         self._arrays = {}
         for purpose in ("picture", "shadow"):
             program = build(ctx, *_STAGES, defines=self._defines(purpose))
@@ -66,7 +68,8 @@ class TessellatedQuads:
 
     def _defines(self, purpose: str) -> dict[str, object]:
         scene, settings = self._world.scene, self._settings
-        defines: dict[str, object] = {**distance_defines(scene.culling), "PATCHES": len(settings.patch)}
+        defines: dict[str, object] = {"PATCHES": len(settings.patch), "FADING": FADING}
+        defines |= distance_defines(scene.culling)
         if self._instances:
             defines |= {"INSTANCED": 1, **motion_defines(scene)}
         if scene.culling.frustum:
@@ -140,7 +143,7 @@ class TessellatedQuads:
         self._pictures.use(_PICTURES_UNIT)
         self._ctx.patch_vertices = 1
         if view.purpose == "picture":
-            self._drawn.write(bytes(4 * _DRAWN_PARTS))
+            self._drawn.write(_NONE_DRAWN)
             self._drawn.bind_to_storage_buffer(_DRAWN)
         if self._instances:
             self._draw_instances(self._instances, view)
@@ -151,8 +154,7 @@ class TessellatedQuads:
         array = self._arrays[view.purpose]
         instances.bind()
         instant = self._instant
-        still = tuple(np.eye(4).ravel())
-        put(array.program, timeNow=instant.time_s, timePrevious=instant.previous_time_s, previousFromNow=still)
+        put(array.program, timeNow=instant.time_s, timePrevious=instant.previous_time_s, previousFromNow=_STILL)
         for group in instances.groups.get(view, ()):
             put(
                 array.program,

@@ -19,8 +19,6 @@ in Outlined blade[];
 patch out Outlined bent;
 patch out vec3 bend;  // control point of the middle, from the root
 
-const float FADING = 0.12;  // of all ranks: those that go next are narrower already
-
 void main() {
     Outlined b = blade[0];
     float away = distance(b.root + view.origin_ws.xyz, view.camera_ws.xyz), level = 0.0, here = 1.0;

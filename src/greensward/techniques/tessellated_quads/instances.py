@@ -16,7 +16,7 @@ from greensward.world import World
 PATCH, PLACES = 5, 6
 """Shader-storage bindings."""
 FADING = 0.12
-"""Of all ranks: the last to stay are narrower already; as in blade.tesc."""
+"""Of all ranks: those that thinning leaves out next are narrower already. The shaders are built with it."""
 _MOST_IDS = (1 << 27) - 2
 _STORED_FLOATS = 10
 _EACH_WAY = 1 << 14

@@ -36,7 +36,7 @@ bool mayShow(uint index, ivec2 place, Stored s) {
     if (rank > risenAt(near, view.density)) return false;
 #endif
     // as blade.tesc has it
-    if (rank > (1.0 - thinning * min(near / sward.reach_m, 1.0)) * 1.12) return false;
+    if (rank > (1.0 - thinning * min(near / sward.reach_m, 1.0)) * (1.0 + FADING)) return false;
     vec3 root = vec3(xz.x, groundHeight(xz), xz.y) - view.origin_ws.xyz;
     return !outside(root, root, root, 2.0 * tallest_m + sward.clump_m);
 }

@@ -1,24 +1,19 @@
 """What a scene may say about tessellated quads."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from greensward.scene.base import Count, Model, Number, span
+from greensward.scene.base import Area, Count, Number, span
 from greensward.techniques.leaf import ThinSettings
 
 MOST_PATCHES = 32
 Level = Annotated[Count, Field(ge=1, le=64)]
-_Corner = tuple[Number, Number]
 
 
-class Patch(Model):
+class Patch(Area):
     """Blades of a part of the ground that differ from the others."""
 
-    from_m: _Corner
-    """Its north-west corner: x and z."""
-    to_m: _Corner
-    """Its south-east corner."""
     density: Number = Field(1.0, ge=0, le=1)
     """Part of the blades that stay."""
     width_m: span(0.0001, 2.0) | None = None  # type: ignore[valid-type]
@@ -29,12 +24,6 @@ class Patch(Model):
     """Its own `bending_m`."""
     smoothness: Level | None = None
     """Its own `smoothness`."""
-
-    @model_validator(mode="after")
-    def _has_an_area(self) -> Self:
-        if not all(low < high for low, high in zip(self.from_m, self.to_m, strict=True)):
-            raise ValueError(f"to_m must be south-east of from_m (got {list(self.from_m)} and {list(self.to_m)})")
-        return self
 
 
 class Settings(ThinSettings):
