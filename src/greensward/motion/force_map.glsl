@@ -7,13 +7,13 @@
 layout(binding = 16) uniform sampler2DArray forceMaps;  // x, up, z, and seconds from the start until it presses
 
 const float PRESSING_S = 0.15;  // from the first touch to the full weight
-const float FADING = 3.0;
+const float DECAY = 3.0;
 
 // How much of a press there is so long after it: it comes down at once, or was there from the beginning, and goes as
 // exp(-3 age / fades_s), less what that is at the end
 float pressLeft(float age_s, float fades_s, bool always) {
-    float end = exp(-FADING), part = clamp(age_s / max(fades_s, 1e-6), 0.0, 1.0);
-    float left = fades_s <= 0.0 ? 1.0 : part < 1.0 ? (exp(-FADING * part) - end) / (1.0 - end) : 0.0;
+    float end = exp(-DECAY), part = clamp(age_s / max(fades_s, 1e-6), 0.0, 1.0);
+    float left = fades_s <= 0.0 ? 1.0 : part < 1.0 ? (exp(-DECAY * part) - end) / (1.0 - end) : 0.0;
     return always ? left : left * smoothstep(0.0, PRESSING_S, age_s);
 }
 
