@@ -34,6 +34,8 @@ from greensward.viewpoint import camera_view, jitter, place
 from greensward.world import Instant, World
 
 _FRAME_S = 1.0 / 30.0
+_LIGHT = {"title", "camera", "sun", "sky", "shadows", "post", "wind", "force"}
+"""What `change` may change."""
 _LONGEST_S = 1e9  # single precision tells no seconds apart long before
 
 
@@ -258,6 +260,33 @@ class Renderer:
         view_from_world = look(*place(camera, self._world.ground.heights))
         view = camera_view(camera, self._world.ground.heights, self.size)
         return view_from_world, view.clip_from_world @ np.linalg.inv(view_from_world)
+
+    def change(self, scene: Scene) -> bool:
+        """Draw another scene from now on, if that asks neither for sowing nor for shaders; returns whether it does not.
+
+        That is so where it differs in title, camera, sun, sky, shadows, in `post` but not by a blur that comes or goes,
+        in numbers of winds, or in forces while there are some before and after. Nothing changes where it is not.
+        """
+        before = self.scene
+        differs = {name for name in Scene.model_fields if getattr(before, name) != getattr(scene, name)}
+        same_far = before.camera.far_m == scene.camera.far_m
+        same_blur = (before.post.blur == "off") == (scene.post.blur == "off")
+        if differs - _LIGHT or not (same_far and same_blur) or before.resolve(".") != scene.resolve("."):
+            return False
+        place(scene.camera, self._world.ground.heights)
+        with self._kept():
+            if not self._world.change(scene):
+                return False
+            if differs & {"sun", "sky", "post"}:
+                self._lighting.relight(scene)
+                if self._water:
+                    self._water.relight(scene)
+            if differs & {"sun", "shadows"}:
+                self._shadows.release()
+                self._shadows = ShadowMaps(self.ctx, self._world)
+        self.scene = scene
+        self._seen_from = None
+        return True
 
     def resize(self, size: tuple[int, int]) -> None:
         """Draw pictures of another size from now on."""

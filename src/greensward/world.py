@@ -13,7 +13,7 @@ from greensward.gpu.pixel_pass import Shell
 from greensward.gpu.view import View
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
-from greensward.motion import Colliders, Forces, Postures, Remembering, Simulated, Winds
+from greensward.motion import Colliders, Forces, Postures, Remembering, Simulated, Winds, absent_forces
 from greensward.objects.helicopter import helicopters
 from greensward.objects.placing import Placing, Script
 from greensward.scene import InputError, Scene
@@ -112,6 +112,23 @@ class World:
             self.field.sow(camera_ws, self._slack_m)
         self._focus = camera_ws.copy()
         self.views = ()
+        return True
+
+    def change(self, scene: Scene) -> bool:
+        """Take over another scene's winds and forces, if shaders and objects are good for them; returns whether.
+
+        All else must be the same but for what the world does not read.
+        """
+        before = self.scene
+        if absent_forces(scene) != absent_forces(before):
+            return False
+        forces = Forces(self.ctx, scene) if scene.force != before.force else self._forces
+        if not self._winds.change(before, scene, self.ground.heights):
+            return False
+        if forces is not self._forces:
+            self._forces.release()
+            self._forces = forces
+        self.scene = scene
         return True
 
     def bind(self) -> None:

@@ -16,10 +16,12 @@ from greensward.cli.new import new
 from greensward.cli.render import render
 from greensward.cli.scenes import scenes
 from greensward.cli.stamp import stamp
+from greensward.cli.view import view
 
 EXAMPLES = """\b
 Examples:
   greensward render meadow -o meadow.png
+  greensward view
   greensward new hill && greensward render hill/scene.toml -o hill.png
   greensward info
 """
@@ -32,7 +34,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=EXAMPLES,
 )
-for command in (render, animate, scenes, new, check, info, stamp, bench):
+for command in (render, animate, view, scenes, new, check, info, stamp, bench):
     app.command(epilog=getattr(sys.modules[command.__module__], "EXAMPLES", None))(command)
 
 

@@ -125,3 +125,8 @@ def build_compute(
         return ctx.compute_shader(source.text)
     except moderngl.Error as error:
         raise ShaderError(locate(str(error), {"compute_shader": source})) from None
+
+
+def forget_sources() -> None:
+    """Read shader files again when they are next asked for: they have changed."""
+    _read.cache_clear()

@@ -104,6 +104,17 @@ def wind_pictures(scene: Scene) -> npt.NDArray[np.uint8]:
     return np.ascontiguousarray(np.stack(scaled)[..., :2])
 
 
+def kept(wind: Wind) -> object:
+    """What of a wind shaders, pictures and objects were made for."""
+    match wind:
+        case Helicopter():
+            return wind
+        case Texture():
+            return wind.files
+        case _:
+            return wind.kind
+
+
 class Winds:
     """The scene's winds, bound for shaders that include `motion/wind.glsl`."""
 
@@ -114,6 +125,13 @@ class Winds:
         layers, height, width, _ = pictures.shape
         self._pictures = ctx.texture_array((width, height, layers), 2, pictures.tobytes(), alignment=1)
         self._pictures.filter = moderngl.LINEAR, moderngl.LINEAR
+
+    def change(self, before: Scene, scene: Scene, heights: HeightField) -> bool:
+        """Blow as another scene has it, if kinds, pictures and helicopters are the same; returns whether."""
+        if [kept(wind) for wind in before.wind] != [kept(wind) for wind in scene.wind]:
+            return False
+        self._block.set(**wind_values(scene.wind, scene.seed, heights))  # type: ignore[arg-type]
+        return True
 
     def bind(self) -> None:
         """Bind the block and the pictures."""

@@ -17,6 +17,7 @@ _UNITS = {
     "m2": "m²",
     "m": "m",
     "deg": "°",
+    "mps2": "m/s²",
     "mps": "m/s",
     "px": "pixels",
     "ev": "stops",
@@ -108,7 +109,7 @@ def _table(model: type[BaseModel]) -> str:
             else _type(field.annotation),
             "*required*" if field.default is PydanticUndefined else _shown(field.default),
             _range(schemas[name]),
-            _unit(name),
+            unit_of(name),
             " ".join((field.description or "").split()) or ("What it is." if name == "kind" else ""),
         ]
         rows.append("| " + " | ".join(cells) + " |")
@@ -162,5 +163,6 @@ def _range(schema: Mapping[str, Any]) -> str:
     return " ".join(f"{word} {inner[name]:.10g}" for name, word in words.items() if name in inner)
 
 
-def _unit(key: str) -> str:
+def unit_of(key: str) -> str:
+    """The unit that a key ends in, as people write it; empty where it has none."""
     return next((unit for ending, unit in _UNITS.items() if re.search(f"_{ending}$", key)), "")

@@ -23,6 +23,12 @@ class Lighting:
         self._pass = PixelPass(ctx, "passes/lighting/lighting.glsl", ["f2"], shell=shell)
         self._sky = SkyTable(ctx, shell)
         self._block = BlockBuffer(ctx, LIGHT_BLOCK)
+        self.relight(scene)
+        self._allocate(size)
+        self._shadow_views: Sequence[View] | None = None
+
+    def relight(self, scene: Scene) -> None:
+        """Take the sun, the air and the exposure of a scene from now on."""
         self._block.set(**light_values(scene))  # type: ignore[arg-type]
         harmonics = self._sky.fill(self._block)
         up = _irradiance_up(harmonics)
@@ -31,8 +37,6 @@ class Lighting:
             sky_mean=(*(up / np.pi), 0.0),
             exposure=exposure(scene, up),
         )
-        self._allocate(size)
-        self._shadow_views: Sequence[View] | None = None
 
     def shade(
         self, gbuffer: GBuffer, shadows: ShadowMaps, shadow_views: Sequence[View], sample: int

@@ -79,6 +79,12 @@ class WaterPass:
         else:
             self.lighting = Lighting(self._ctx, self._scene, scaled, self._shell)
 
+    def relight(self, scene: Scene) -> None:
+        """Mirror under the sun and the air of another scene from now on."""
+        self._scene = scene
+        if self.lighting:
+            self.lighting.relight(scene)
+
     def mirrored_size(self, size: tuple[int, int]) -> tuple[int, int]:
         """Pixels of the mirrored picture for a picture of this size."""
         scale = self._water.reflection_scale

@@ -1,0 +1,46 @@
+"""`greensward view`."""
+
+import importlib.util
+from typing import Annotated
+
+import typer
+
+from greensward.cli.options import Overrides, Seed, Size, Technique, View, load_scene
+
+EXAMPLES = """\b
+Examples:
+  greensward view
+  greensward view hill
+  greensward view yan2024-helicopter --technique bezier-blades
+  greensward view meadow --set wind.0.speed_mps=12 --size 1600x900
+"""
+
+
+def view(
+    scene: Annotated[
+        str, typer.Argument(metavar="[SCENE]", help="A preset's name, a TOML file or its folder.")
+    ] = "meadow",
+    size: Size = "1280x800",
+    overrides: Overrides = None,
+    seed: Seed = None,
+    technique: Technique = None,
+    camera: View = None,
+) -> None:
+    """Walk through a scene in a window and change it there. Needs the extra `viewer`."""
+    from greensward.scene.errors import GreenswardError
+
+    missing = [name for name in ("imgui_bundle", "glfw") if importlib.util.find_spec(name) is None]
+    if missing:
+        raise GreenswardError(
+            f'view: {" and ".join(missing)} is missing, which an extra brings: pip install "greensward[viewer]"'
+        )
+    changed = load_scene(scene, overrides, seed, technique, camera)
+
+    from greensward.viewer.session import Session
+    from greensward.viewer.window import run
+
+    session = Session(scene)
+    if overrides or seed is not None or technique or camera:
+        session.put(changed, "the command line")
+        session.go_back()
+    run(session, size)

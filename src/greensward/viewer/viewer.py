@@ -1,0 +1,602 @@
+"""The viewer without its window: events in, a picture out. A window and a test drive it alike."""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from greensward.gpu.program import forget_sources
+from greensward.io.rasters import check_writable
+from greensward.io.video import check_video, find_ffmpeg
+from greensward.renderer import Counts
+from greensward.scene import Camera, GreenswardError, Scene, SceneError
+from greensward.scene.load import named_files
+from greensward.viewer import controls, saving
+from greensward.viewer.brushes import Tool
+from greensward.viewer.contexts import Contexts
+from greensward.viewer.face import Face
+from greensward.viewer.fields import Path as Keys
+from greensward.viewer.fields import value_at
+from greensward.viewer.handles import Handle, handles_of
+from greensward.viewer.jobs import VIDEO_FPS, PathRecorder, PictureJob, VideoJob
+from greensward.viewer.pacing import DETAILS, Pacing
+from greensward.viewer.pane import Pane
+from greensward.viewer.session import Session
+from greensward.viewer.walker import ground_hit
+from greensward.viewer.watching import Watch, shader_files
+from greensward.viewpoint import camera_view
+
+Floats = npt.NDArray[np.float64]
+Size = tuple[int, int]
+Spot = tuple[float, float]
+_CPU_FPS, _GPU_FPS = 12.0, 60.0
+_TOLD_S = 5.0
+_NEAR_PX = 14.0
+
+
+class Viewer:
+    """A session, what draws it, and what is shown around it."""
+
+    def __init__(self, contexts: Contexts, session: Session) -> None:
+        self.session = session
+        self._contexts = contexts
+        self.panes = [Pane(contexts)]
+        self.face = Face()
+        self.pacing = Pacing(_CPU_FPS if self.panes[0].software else _GPU_FPS)
+        self.detail = DETAILS[-1] if self.panes[0].software else DETAILS[0]
+        self.held = controls.Held()
+        self.done = False
+        """Whether the window may go."""
+        self.captured = False
+        """Whether the mouse turns the head, and is not to be seen."""
+        self.resting = False
+        """Whether nothing changes on the screen."""
+        self.under_mouse: Floats | None = None
+        """The point of the ground below the mouse, (3,)."""
+        self.handles: list[Handle] = []
+        self.held_handle: Handle | None = None
+        self.near_handle: Keys | None = None
+        self.counts = Counts()
+        self.problems: tuple[str, ...] = ()
+        """What is wrong with the file on the disk."""
+        self._mouse: Spot = (0.0, 0.0)
+        self._turn_px: Spot = (0.0, 0.0)
+        self._painting = False
+        self._told: list[tuple[float, str, bool]] = []
+        self._shaders = Watch(shader_files())
+        self._files = Watch()
+        self._watched: Scene | None = None
+        self._pictures: list[PictureJob] = []
+        self._video: VideoJob | None = None
+        self._way: PathRecorder | None = None
+        self._frames = 0
+        self._size: Size = (1, 1)
+        self._camera: Camera = session.camera()
+        self._shown_detail: tuple[Scene, float, Scene] | None = None
+
+    # A frame ------------------------------------------------------------------------------------------------
+
+    def frame(
+        self, seconds: float, events: Sequence[controls.Event], size: Size, target: moderngl.Framebuffer
+    ) -> None:
+        """Take events, go on by some seconds of the wall, and draw the window's content, of this size in pixels."""
+        self._size = size
+        for event in events:
+            self._take(event)
+        self._watch()
+        session = self.session
+        session.clock.advance(seconds)
+        session.walker.move(self.held.intent(self._turn_px), min(seconds, 0.25))
+        self._turn_px = (0.0, 0.0)
+        self._camera = session.camera()
+        self._view = camera_view_or_none(self._camera, session, self._picture_size())
+        self._reach_out()
+        drawn = self._draw_pictures(seconds)
+        self._record(seconds)
+        self._finish_jobs()
+        self._gather(seconds)
+        self.face.draw(self, seconds, size, target)
+        self.resting = not drawn and not events and not any(pane.busy for pane in self.panes) and not self.working
+
+    def areas(self, size: Size) -> list[tuple[int, int, int, int]]:
+        """Where pictures lie in the window: x, y, width and height in pixels."""
+        width = max(size[0] - self.face.panel_px(size[0]), 1)
+        if len(self.panes) == 1:
+            return [(0, 0, width, max(size[1], 1))]
+        half = max(width // 2, 1)
+        return [(0, 0, half, max(size[1], 1)), (half, 0, max(width - half, 1), max(size[1], 1))]
+
+    def _picture_size(self) -> Size:
+        _, _, width, height = self.areas(self._size)[-1]
+        return width, height
+
+    def _draw_pictures(self, seconds: float) -> bool:
+        session, scale = self.session, self.pacing.scale
+        wanted = [session.scene] if session.compared is None else [session.compared, session.scene]
+        while len(self.panes) < len(wanted):
+            # the left half is new: what is shown goes on, at the right
+            self.panes.insert(0, Pane(self._contexts))
+        while len(self.panes) > len(wanted):
+            self.panes.pop(0).release()
+        drawn, took_ms = False, 0.0
+        areas = self.areas(self._size)
+        for pane, scene, (_, _, width, height) in zip(self.panes, wanted, areas, strict=True):
+            size = max(round(scale * width), 1), max(round(scale * height), 1)
+            pane.show(self._drafted(scene), self._camera, session.clock.time_s, size)
+            if pane.draw(self._camera, session.clock.time_s, size, timed=self.face.timing):
+                drawn, took_ms = True, took_ms + pane.took_ms
+        if drawn:
+            self._frames += 1
+            if self.face.timing:
+                self.face.frame_page.took(self.panes[-1].pass_ms)
+                if self._frames % 8 == 1:
+                    self.counts = self.panes[-1].counts
+            if not any(pane.busy for pane in self.panes) and self._video is None:
+                self.pacing.frame(took_ms)
+                self._draw_less()
+        return drawn
+
+    def _draw_less(self) -> None:
+        if self.pacing.too_slow and self.detail > DETAILS[-1]:
+            self.choose_detail(DETAILS[DETAILS.index(self.detail) + 1])
+            self.pacing.too_slow = False
+
+    def choose_detail(self, detail: float) -> None:
+        """Draw this part of the scene's blades from now on."""
+        self.detail = detail
+
+    def _drafted(self, scene: Scene) -> Scene:
+        """The scene as it is drawn here: with fewer blades where frames would take too long."""
+        if self.detail == 1.0:
+            return scene
+        known = self._shown_detail
+        if known and known[0] is scene and known[1] == self.detail:
+            return known[2]
+        sowing, shadows = scene.sowing, scene.shadows
+        less = {
+            "sowing": sowing.model_copy(update={"full_density_m": sowing.full_density_m * math.sqrt(self.detail)}),
+            "shadows": shadows.model_copy(
+                update={
+                    "density": shadows.density * self.detail,
+                    "cascades": min(shadows.cascades, 2),
+                    "size_px": min(shadows.size_px, 512),
+                }
+            ),
+        }
+        drafted = scene.model_copy(update=less).in_folder(scene.resolve("."))
+        self._shown_detail = (scene, self.detail, drafted)
+        return drafted
+
+    # Mouse and keys -----------------------------------------------------------------------------------------
+
+    def _take(self, event: controls.Event) -> None:
+        match event:
+            case controls.Move(x, y):
+                dx, dy = x - self._mouse[0], y - self._mouse[1]
+                self._mouse = (x, y)
+                if self.captured:
+                    self._turn_px = (self._turn_px[0] + dx, self._turn_px[1] + dy)
+                    return
+            case controls.Click(button, down):
+                if self._click(button, down):
+                    return
+            case controls.Wheel(y) if not self.face.wants_mouse:
+                self._wheel(y)
+                return
+            case controls.Press(key, down, again):
+                if down and not self.face.wants_keys and not again:
+                    self.held.take(event)
+                    self._key(key)
+                elif not down or not self.face.wants_keys:
+                    self.held.take(event)
+            case controls.Pad() | controls.Blur():
+                self.held.take(event)
+            case controls.Close():
+                self.ask_leave()
+            case controls.Drop(path):
+                self.open_or_ask(path)
+        if self.face.wants_keys:
+            self.held.clear()
+        self.face.feed(event)
+
+    def _key(self, key: str) -> None:
+        if key == "escape":
+            self.face.dialogs.help = False
+            self.session.tool = "look"
+        action = controls.action_for(self.held.chord(key))
+        if action is None:
+            return
+        if action.startswith("technique "):
+            self.session.use_nth_technique(int(action.split()[1]))
+        else:
+            self.act(action)
+
+    def _click(self, button: controls.Button, down: bool) -> bool:
+        """Whether the click was the picture's own."""
+        if not down:
+            was = self.captured or self._painting or self.held_handle is not None
+            if self._painting:
+                self.session.lift()
+            if self.held_handle is not None:
+                self._let_go()
+            self.captured = self._painting = False
+            return was
+        if self.face.wants_mouse or self.face.dialogs.open:
+            return False
+        tool = self.session.tool
+        if button != "left" or tool == "look":
+            self.captured = True
+        elif tool == "move":
+            self._grab()
+        elif self.under_mouse is not None:
+            self._painting = True
+            self.session.touch((float(self.under_mouse[0]), float(self.under_mouse[2])))
+        return True
+
+    def _wheel(self, y: float) -> None:
+        session = self.session
+        if session.tool in ("look", "move") or self.held.ctrl:
+            session.walker.pace = min(max(session.walker.pace * 1.15**y, 0.05), 50.0)
+        else:
+            radius = min(max(session.brush.radius_m * 1.15**y, 0.1), 50.0)
+            session.brush = replace(session.brush, radius_m=radius)
+
+    def _reach_out(self) -> None:
+        """Find what lies under the mouse, and let brush or handle follow."""
+        session = self.session
+        self.under_mouse, self.near_handle = None, None
+        self.handles = []
+        if session.tool == "look" or self._view is None:
+            return
+        area = self._area_at(self._mouse)
+        if not self.face.wants_mouse and not self.captured and area is not None:
+            self.under_mouse = ground_hit(session.heights, self._camera_ws(), self._ray(self._mouse, area))
+        spot = self.under_mouse
+        if session.tool == "move":
+            self.handles = handles_of(session.scene, session.heights, session.walker.position_ws)
+            if self.held_handle is not None:
+                if spot is not None:
+                    self._drag(self.held_handle.moved(spot, session.heights))
+                held = self.held_handle
+                self.handles = [held if each.path == held.path else each for each in self.handles]
+            elif not self.face.wants_mouse:
+                self.near_handle = self._nearest_handle()
+        elif self._painting and spot is not None:
+            session.touch((float(spot[0]), float(spot[2])))
+
+    def _nearest_handle(self) -> Keys | None:
+        spots = [(self.on_screen(handle.at_ws), handle.path) for handle in self.handles]
+        near = [(math.dist(spot, self._mouse), path) for spot, path in spots if spot is not None]
+        away, path = min(near, key=lambda each: each[0], default=(math.inf, None))
+        return path if away <= _NEAR_PX else None
+
+    def _grab(self) -> None:
+        path = self._nearest_handle()
+        self.held_handle = next((handle for handle in self.handles if handle.path == path), None)
+        self.captured = self.held_handle is None  # where nothing is, one looks around
+
+    def _drag(self, handle: Handle) -> None:
+        self.held_handle = handle
+        if handle.live:
+            self.session.change(handle.path, handle.value(value_at(self.session.scene, handle.path)), drag=True)
+
+    def _let_go(self) -> None:
+        handle = self.held_handle
+        assert handle
+        self.session.change(handle.path, handle.value(value_at(self.session.scene, handle.path)), drag=True)
+        self.session.history.seal()
+        self.held_handle = None
+
+    def choose_tool(self, tool: Tool) -> None:
+        """Take another tool into the hand."""
+        self.session.tool = tool
+
+    # From the window to the world ---------------------------------------------------------------------------
+
+    def _camera_ws(self) -> Floats:
+        return self.session.walker.position_ws
+
+    def _area_at(self, spot: Spot) -> tuple[int, int, int, int] | None:
+        for area in self.areas(self._size):
+            x, y, width, height = area
+            if x <= spot[0] < x + width and y <= spot[1] < y + height:
+                return area
+        return None
+
+    def _ray(self, spot: Spot, area: tuple[int, int, int, int]) -> Floats:
+        assert self._view
+        x, y, width, height = area
+        right = 2.0 * (spot[0] - x) / width - 1.0
+        up = 1.0 - 2.0 * (spot[1] - y) / height
+        way = self._view.rays_ws[0] + right * self._view.rays_ws[1] + up * self._view.rays_ws[2]
+        result: Floats = way / np.linalg.norm(way)
+        return result
+
+    def on_screen(self, point_ws: Floats) -> Spot | None:
+        """Where a point of the world lies in the window, in its last picture; None where it is not in view."""
+        if self._view is None:
+            return None
+        clip = self._view.clip_from_world @ np.array([*point_ws, 1.0])
+        if clip[3] <= 1e-6 or abs(clip[0]) > clip[3] or abs(clip[1]) > clip[3]:
+            return None
+        x, y, width, height = self.areas(self._size)[-1]
+        return float(x + (0.5 + 0.5 * clip[0] / clip[3]) * width), float(y + (0.5 - 0.5 * clip[1] / clip[3]) * height)
+
+    # What keys and buttons do -------------------------------------------------------------------------------
+
+    def act(self, name: str) -> None:
+        """Do what a key or a button is for: an `Action.name`."""
+        getattr(self, name)()
+
+    def toggle_help(self) -> None:
+        """Show or hide the list of keys."""
+        self.face.dialogs.help = not self.face.dialogs.help
+
+    def toggle_panel(self) -> None:
+        """Show or hide panel and tools."""
+        self.face.panel = not self.face.panel
+
+    def fly_or_walk(self) -> None:
+        """Change between the two."""
+        self.session.walker.choose("walk" if self.session.walker.mode != "walk" else "fly")
+
+    def orbit(self) -> None:
+        """Circle around what is looked at, or walk on."""
+        self.session.walker.choose("orbit" if self.session.walker.mode != "orbit" else "fly")
+
+    def go_back(self) -> None:
+        """Stand where the scene's camera is."""
+        self.session.go_back()
+
+    def pause(self) -> None:
+        """Stop time, or let it run."""
+        self.session.clock.paused = not self.session.clock.paused
+
+    def step(self) -> None:
+        """Go on by a thirtieth of a second."""
+        self.session.clock.step()
+
+    def slower(self) -> None:
+        """Half as fast."""
+        self.session.clock.faster(0.5)
+
+    def faster(self) -> None:
+        """Twice as fast."""
+        self.session.clock.faster(2.0)
+
+    def undo(self) -> None:
+        """Take the last change back."""
+        self.session.undo()
+
+    def redo(self) -> None:
+        """Do it again."""
+        self.session.redo()
+
+    def split(self) -> None:
+        """Keep the scene as it is beside what it becomes, or stop that."""
+        self.session.split()
+
+    def reload_shaders(self) -> None:
+        """Read shaders and the scene's files again."""
+        forget_sources()
+        for pane in self.panes:
+            pane.rebuild()
+
+    # Files --------------------------------------------------------------------------------------------------
+
+    @property
+    def folder(self) -> Path:
+        """Where files go."""
+        file = self.session.origin.file
+        return file.parent if file else Path()
+
+    def open(self, source: str) -> None:
+        """Open a preset or a file."""
+        if self.session.open(source):
+            self.problems = ()
+
+    def open_or_ask(self, source: str) -> None:
+        """Open it, after asking where changes would be lost."""
+        if self.session.unsaved:
+            self.face.dialogs.ask("discard", source)
+        else:
+            self.open(source)
+
+    def ask_open(self) -> None:
+        """Ask what to open."""
+        self.face.dialogs.ask("open")
+
+    def save(self) -> None:
+        """Save to the scene's file, or ask for one."""
+        if self.session.origin.file is None:
+            self.ask_save_as()
+        else:
+            self.session.save()
+
+    def ask_save_as(self) -> None:
+        """Ask where to save."""
+        file = self.session.origin.file
+        self.face.dialogs.ask("save", str(file or saving.free_name(Path(), self.session.origin.name, ".toml")))
+
+    def picture(self) -> None:
+        """Ask for a picture's size."""
+        self.face.dialogs.ask("picture", str(saving.free_name(self.folder, self.session.origin.name, ".png")))
+
+    def draw_picture(self, path: Path, size: Size, samples: int) -> bool:
+        """Begin a picture of what is seen now; returns whether it can be written."""
+        try:
+            check_writable(path)
+        except GreenswardError as error:
+            self.session.tell(str(error), bad=True)
+            return False
+        session = self.session
+        self._pictures.append(PictureJob(session.scene, self._camera, session.clock.time_s, path, size, samples))
+        return True
+
+    def record_path(self) -> None:
+        """Record the way from now on, or stop and write it."""
+        if self._way is None:
+            self._way = PathRecorder()
+            return
+        stations, self._way = self._way.stations, None
+        path = saving.free_name(self.folder, f"{self.session.origin.name}-path", ".toml")
+        try:
+            saving.write_path(path, stations)
+        except GreenswardError as error:
+            self.session.tell(str(error), bad=True)
+        else:
+            self.session.tell(f"Saved {path}")
+
+    def record_video(self) -> None:
+        """Record what is seen from now on, or stop."""
+        if self._video is not None:
+            self._video.finish()
+            self.session.tell(f"Saved {self._video.path}, {self._video.seconds:.1f} s")
+            self._video = None
+            return
+        shown = self.panes[-1].picture
+        if shown is None:
+            return
+        path = saving.free_name(self.folder, self.session.origin.name, ".mp4")
+        try:
+            find_ffmpeg()
+            size = shown[1][0] // 2 * 2 or 2, shown[1][1] // 2 * 2 or 2
+            check_video(path, size, VIDEO_FPS, None)
+            self._video = VideoJob(path, size)
+        except GreenswardError as error:
+            self.session.tell(str(error), bad=True)
+
+    @property
+    def running(self) -> set[str]:
+        """Names of actions that are under way."""
+        return {
+            name
+            for name, on in (
+                ("record_path", self._way is not None),
+                ("record_video", self._video is not None),
+                ("split", self.session.compared is not None),
+            )
+            if on
+        }
+
+    @property
+    def working(self) -> list[str]:
+        """What goes on beside, in words."""
+        told = [f"{job.path.name}: {job.done} of {job.total} samples" for job in self._pictures]
+        if self._video is not None:
+            told.append(f"Recording a video, {self._video.seconds:.0f} s. F6 stops")
+        if self._way is not None:
+            told.append(f"Recording the way, {self._way.seconds:.0f} s. F5 stops")
+        return told
+
+    def _record(self, seconds: float) -> None:
+        if self._way is not None:
+            self._way.add(self._camera, seconds)
+        if self._video is not None:
+            try:
+                self._video.add(self.panes[-1].read, seconds)
+            except GreenswardError as error:
+                self.session.tell(str(error), bad=True)
+                self._video = None
+
+    def _finish_jobs(self) -> None:
+        for job in [job for job in self._pictures if not job.running]:
+            self._pictures.remove(job)
+            if job.problem:
+                self.session.tell(job.problem, bad=True)
+            else:
+                self.session.tell(f"Saved {job.path}")
+
+    def ask_leave(self) -> None:
+        """Leave, after asking where something would be lost."""
+        if self.session.unsaved or self._pictures or self._way or self._video:
+            self.face.dialogs.ask("leave")
+        else:
+            self.done = True
+
+    @property
+    def would_be_lost(self) -> list[str]:
+        """What leaving now would lose, in words."""
+        told = [f"{self.session.name} has changes that are not saved."] if self.session.unsaved else []
+        told += [f"{job.path.name} is still being drawn." for job in self._pictures]
+        told += ["The way that is being recorded is not saved."] if self._way else []
+        return told + (["The video that is being recorded ends here."] if self._video else [])
+
+    # The disk -----------------------------------------------------------------------------------------------
+
+    def _watch(self) -> None:
+        if changed := self._shaders.changed():
+            self.session.tell(f"{changed[0].name} has changed: reading shaders again")
+            self.reload_shaders()
+        session = self.session
+        if self._watched is not session.scene:
+            self._watched = session.scene
+            file = session.origin.file
+            self._files.put([path for _, path in named_files(session.scene)] + ([file] if file else []))
+        changed = self._files.changed()
+        if session.origin.file in changed:
+            self._read_again(session.origin.file)
+        elif changed:
+            for pane in self.panes:
+                pane.rebuild()
+
+    def _read_again(self, file: Path) -> None:
+        """The scene's file was written by someone else, or by us."""
+        session = self.session
+        try:
+            if saving.opened(str(file))[1].text == session.origin.text:
+                return
+        except SceneError as error:
+            self.problems = error.problems
+            return
+        except (GreenswardError, OSError) as error:
+            self.problems = (str(error),)
+            return
+        self.problems = ()
+        unsaved = session.unsaved
+        if session.reload():
+            session.tell(f"{file.name} has changed: read again" + ("; undo brings back what you had" if unsaved else ""))
+
+    def _gather(self, seconds: float) -> None:
+        """Show each notice for a while."""
+        self._told = [(left - seconds, text, bad) for left, text, bad in self._told if left > seconds]
+        for notice in self.session.notices:
+            kept = [each for each in self._told if each[1] != notice.text]
+            self._told = [*kept, (_TOLD_S * (2.0 if notice.bad else 1.0), notice.text, notice.bad)][-6:]
+        self.session.notices.clear()
+
+    @property
+    def told(self) -> list[tuple[str, bool]]:
+        """Notices on show, and whether each is a problem."""
+        return [(text, bad) for _, text, bad in self._told]
+
+    def building_s(self, pane: Pane) -> float:
+        """How long a renderer has been in the making."""
+        return time.perf_counter() - pane.building_since if pane.building_since else 0.0
+
+    def release(self) -> None:
+        """Stop what goes on and free everything."""
+        for job in self._pictures:
+            job.stop()
+        if self._video is not None:
+            self._video.finish()
+        for pane in self.panes:
+            pane.release()
+        self.face.release()
+        self.session.close()
+
+
+def camera_view_or_none(camera: Camera, session: Session, size: Size) -> "object | None":
+    """What the camera sees; None where it stands where none can."""
+    try:
+        return camera_view(camera, session.heights, size)
+    except GreenswardError:
+        return None
+
+
+__all__ = ["Callable", "Viewer"]
