@@ -14,7 +14,7 @@ from any_scenes import valid_scenes
 from greensward.scene import Grass, Scene, SceneError, Simulation
 from greensward.scene.load import dump
 from greensward.scene.save import saved_text
-from greensward.scene.toml_text import spelled
+from greensward.scene.toml_text import spelled, spelled_key
 
 FOLDER = Path(str(files("greensward.scene")))
 TEXTS = {path.stem: path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("presets/*.toml"))}
@@ -102,7 +102,7 @@ def edited(draw, scene):
     return scene.model_copy(update=taken)
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_any_edits_one_after_another_are_saved_exactly(data):
     text = data.draw(st.sampled_from(sorted(TEXTS.values())))
@@ -125,11 +125,24 @@ settings_tables = st.dictionaries(
 )
 
 
+def dotted(table):
+    """Keys and values with tables opened up: `a.b = 1`."""
+    for key, value in table.items():
+        if isinstance(value, dict) and value:
+            yield from ((f"{spelled_key(key)}.{inner}", item) for inner, item in dotted(value))
+        else:
+            yield spelled_key(key), value
+
+
 @settings(max_examples=300, deadline=None)
-@given(settings_tables, settings_tables, st.booleans())
-def test_settings_of_any_shape_are_saved_exactly(old, new, in_place):
+@given(settings_tables, settings_tables, st.sampled_from(["headers", "braces", "dots"]))
+def test_settings_of_any_shape_are_saved_exactly(old, new, written):
     first, second = (Scene.model_validate({"technique": {"name": "x", **table}}) for table in (old, new))
-    text = f"technique = {spelled(old)}\n" if in_place else saved_text(None, first)
+    text = {
+        "headers": saved_text(None, first),
+        "braces": f"technique = {spelled(old)}\n",
+        "dots": "".join(f"technique.{key} = {spelled(value)}\n" for key, value in dotted(old)),
+    }[written]
     assert parse(saved_text(text, second)) == second
 
 

@@ -60,6 +60,7 @@ def _fit(node: Node, old: Any, new: Any, edits: Edits) -> None:
     """Let a table's lines say what `new` holds, where they say what `old` holds."""
     had, wanted, keys = held(old), held(new), node.keys or {}
     known = _known(old, new, keys)
+    first = node.sections()[:1]
     for key in [key for key in keys if wanted.get(key) is None]:
         edits.remove(keys.pop(key))
     fresh = {}
@@ -70,7 +71,12 @@ def _fit(node: Node, old: Any, new: Any, edits: Edits) -> None:
             edits.remove(keys.pop(key))
         if value is not None and (key not in known or value != known[key]):
             fresh[key] = plain(value)
-    _add(node, fresh, list(wanted), edits)
+    if not node.section and not node.home and (fresh or not keys) and first:  # only tables inside it had headers
+        edits.add_block(edits.above(first[0]), under_headers(fresh, node.path))
+    elif node.home and not keys and not fresh:
+        edits.add_line(node.home[0].end, f"{node.home[0].indent}{node.home[1].rstrip('.')} = {{}}\n")
+    elif fresh:
+        _add(node, fresh, list(wanted), edits)
 
 
 def _known(old: Any, new: Any, written: Mapping[str, Node]) -> dict[str, Any]:
@@ -95,11 +101,6 @@ def _keeps_its_keys(node: Node, old: Any, new: Any) -> bool:
 
 def _add(node: Node, fresh: Mapping[str, Any], order: Sequence[str], edits: Edits) -> None:
     """Write keys that a table lacks; tables go below what precedes them in the order of the model."""
-    if not fresh:
-        return
-    if not node.section and not node.home:  # only tables inside it have headers
-        edits.add_block(edits.above(node.sections()[0]), under_headers(fresh, node.path))
-        return
     section, prefix = node.home or (node.section, "")
     assert section
     for key, value in fresh.items():
