@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from greensward.io.camera_path import CameraPath
     from greensward.library import dump, load, presets
     from greensward.renderer import Counts, Frame, Renderer
     from greensward.scene import (
@@ -56,6 +57,7 @@ _HOMES = {
     "dump": "library",
     "load": "library",
     "presets": "library",
+    "CameraPath": "io.camera_path",
     "Counts": "renderer",
     "Frame": "renderer",
     "Renderer": "renderer",
@@ -65,6 +67,7 @@ __all__ = [
     "Blast",
     "Box",
     "Camera",
+    "CameraPath",
     "Capsule",
     "Counts",
     "Culling",

@@ -115,7 +115,7 @@ def _read(source: str | Path) -> tuple[dict[str, Any], Path, str]:
         label = str(path)
         if not there:
             raise SceneError([_no_such_scene(source, path)])
-    return _parse(path, label), path.parent, label
+    return read_table(path, label), path.parent, label
 
 
 def _no_such_scene(source: str | Path, path: Path) -> str:
@@ -128,19 +128,19 @@ def _no_such_scene(source: str | Path, path: Path) -> str:
     return f"{short(str(source), False)}: no preset has this name and no file is there{cure}"
 
 
-def _parse(path: Path, label: str) -> dict[str, Any]:
-    """The tables of a TOML file."""
+def read_table(path: Path, label: str, what: str = "a scene") -> dict[str, Any]:
+    """The tables of a TOML file, which is called `label` and holds `what`. Raises `SceneError`."""
     try:
         if not path.is_file():
             raise SceneError([f"{label}: is not a file"])
         if path.stat().st_size > _LARGEST:
-            raise SceneError([f"{label}: is larger than a scene can be ({_LARGEST >> 20} MiB); is it a picture?"])
+            raise SceneError([f"{label}: is larger than {what} can be ({_LARGEST >> 20} MiB); is it a picture?"])
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as error:
         raise SceneError([f"{label}: cannot be read: {error.strerror or error}"]) from None
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
-        raise SceneError([f"{label}: line {line}: is not UTF-8 text; a scene is a TOML file"]) from None
+        raise SceneError([f"{label}: line {line}: is not UTF-8 text; {what} is a TOML file"]) from None
     except RecursionError:
         raise SceneError([f"{label}: is nested too deeply"]) from None
     except ValueError as error:
@@ -218,7 +218,7 @@ class _Changes:
             )
             return
         try:
-            table = _parse(Path(camera), camera)
+            table = read_table(Path(camera), camera)
         except SceneError as error:
             self.problems += error.problems
             return
