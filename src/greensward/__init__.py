@@ -50,6 +50,7 @@ if TYPE_CHECKING:
         Waves,
         Whirl,
     )
+    from greensward.viewer.notebook import show
 
 __version__ = "0.1.0"
 
@@ -61,6 +62,7 @@ _HOMES = {
     "Counts": "renderer",
     "Frame": "renderer",
     "Renderer": "renderer",
+    "show": "viewer.notebook",
 }
 
 __all__ = [
@@ -112,6 +114,7 @@ __all__ = [
     "dump",
     "load",
     "presets",
+    "show",
 ]
 
 

@@ -1,0 +1,1 @@
+"""The window. Everything but `window.py` and `face/` works without one, and without its toolkit."""
