@@ -74,6 +74,29 @@ def test_walk_writes_a_video_of_a_moving_camera(monkeypatch, tmp_path, capsys):
     assert steps.max() < 2 * steps.min() < 0.12
 
 
+def test_the_notebook_runs_cell_by_cell(monkeypatch):
+    pytest.importorskip("jupyter_rfb")
+    shown = []
+
+    def small(scene, **options):
+        shown.append(show(scene, size=(48, 27), **options))
+        return shown[-1]
+
+    show = gs.show
+    monkeypatch.setattr(gs, "show", small, raising=False)
+    notebook = json.loads((EXAMPLES / "meadow.ipynb").read_text(encoding="utf-8"))
+    names: dict[str, object] = {}
+    for number, cell in enumerate(notebook["cells"]):
+        if cell["cell_type"] == "code":
+            text = "".join(cell["source"]).replace("(960, 540), samples=8", "(96, 54), samples=1")
+            exec(compile(text, f"meadow.ipynb: cell {number}", "exec"), names)
+            assert cell["outputs"] == [], "a notebook is kept without what it printed"
+            if shown[-1]._renderer:
+                assert shown[-1].get_frame().std() > 10
+    assert names["picture"].std() > 10
+    assert shown[-1].get_frame() is None
+
+
 # The real hillside ------------------------------------------------------------------------------------------
 
 

@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from greensward.io.camera_path import CameraPath
     from greensward.library import dump, load, presets
     from greensward.renderer import Counts, Frame, Renderer
     from greensward.scene import (
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
         Waves,
         Whirl,
     )
+    from greensward.viewer.notebook import show
 
 __version__ = "0.1.0"
 
@@ -56,15 +58,18 @@ _HOMES = {
     "dump": "library",
     "load": "library",
     "presets": "library",
+    "CameraPath": "io.camera_path",
     "Counts": "renderer",
     "Frame": "renderer",
     "Renderer": "renderer",
+    "show": "viewer.notebook",
 }
 
 __all__ = [
     "Blast",
     "Box",
     "Camera",
+    "CameraPath",
     "Capsule",
     "Counts",
     "Culling",
@@ -109,6 +114,7 @@ __all__ = [
     "dump",
     "load",
     "presets",
+    "show",
 ]
 
 

@@ -10,6 +10,7 @@ from greensward.bench.protocol import DeviceLostError, Pace, camera_on_path, mea
 from greensward.bench.strips import InstancedStrips
 from greensward.bench.tally import counted, gpu_bytes
 from greensward.gpu import timers
+from greensward.io.camera_path import CameraPath
 from greensward.renderer import Renderer
 from greensward.scene import Camera
 from small_scenes import small_scene
@@ -45,6 +46,13 @@ def test_the_path_is_a_loop_of_forty_seconds_that_starts_at_rest():
     assert np.linalg.norm(np.diff(steps, axis=0), axis=1).max() < 0.02
     assert np.all(steps[:, 1] == 1.7)
     assert np.ptp(steps[:, 0]) > 1.0
+
+
+def test_a_camera_path_takes_the_place_of_the_loop_and_begins_anew():
+    path = CameraPath.recorded([(3.0, Camera()), (4.0, Camera(position_m=(2.0, 1.7, 8.0)))])
+    camera = Camera(near_m=0.5)
+    assert camera_on_path(camera, 0, path) == camera_on_path(camera, 60, path) == camera
+    assert camera_on_path(camera, 30, path).position_m == pytest.approx((1.0, 1.7, 8.0))
 
 
 def test_the_protocols():

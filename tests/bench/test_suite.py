@@ -7,8 +7,9 @@ from greensward.bench import quality, suite
 from greensward.bench.quality import flip_distance
 from greensward.bench.suite import Wanted, commit, run, scene_hash
 from greensward.bench.workloads import STRIPS, chosen_workloads
+from greensward.io.camera_path import CameraPath
 from greensward.library import load
-from greensward.scene import GreenswardError
+from greensward.scene import Camera, GreenswardError
 
 TOY = {"scale": "toy", "frames": 2, "quality": False, "device": "cpu"}
 
@@ -98,6 +99,32 @@ def test_without_flip_pictures_are_kept_and_the_cure_told(monkeypatch):
     assert result.rows[-1]["flip"] is None
     assert len(result.pictures) == 2
     assert quality.INSTALL in result.machine["skipped"][-1]["reason"]
+
+
+def looking(height_m, up_m):
+    """A path that looks up or down."""
+    ends = [(x, height_m, 0.0) for x in (0.0, 1.0)]
+    seen = [Camera(position_m=(x, y, z), target_m=(x, y + up_m, z - 1.0)) for x, y, z in ends]
+    return CameraPath.recorded([(float(i), camera) for i, camera in enumerate(seen)])
+
+
+def test_the_camera_follows_a_path_and_the_rows_tell_which():
+    def rows(path):
+        result = run(wanted("habel2007-half-screen", techniques=("visibility-buffer", STRIPS), path=path))
+        assert result.machine["camera_path"] == (path.digest if path else None)
+        return result.rows
+
+    sky, grass, loop = rows(looking(2.0, 1.0)), rows(looking(2.0, -1.0)), rows(None)
+    assert sky[0]["blade_pixels"] == 0 < grass[0]["blade_pixels"]
+    hashes = {row["scene_hash"] for row in (sky[0], grass[0], loop[0])}
+    assert len(hashes) == 3
+    assert sky[1]["frames"] == 2
+
+
+def test_a_path_in_the_ground_is_skipped_with_its_reason():
+    result = run(wanted("habel2007-half-screen", techniques=("visibility-buffer",), path=looking(-2.0, 1.0)))
+    assert result.rows == []
+    assert "must be above the ground" in result.machine["skipped"][0]["reason"]
 
 
 def test_the_hash_follows_the_scene_and_its_files(tmp_path):

@@ -37,6 +37,7 @@ class FakeRenderer:
 
     drawn: list = []  # noqa: RUF012
     moved: list = []  # noqa: RUF012
+    cameras: list = []  # noqa: RUF012
     fails_at: tuple[int, BaseException] | None = None
     driver = "llvmpipe"
     last: "FakeRenderer"
@@ -53,7 +54,8 @@ class FakeRenderer:
     def __exit__(self, *_):
         pass
 
-    def advance(self, time_s):
+    def advance(self, time_s, *, camera):
+        FakeRenderer.cameras.append(camera)
         self._move(time_s)
         self.blended = self._history = 0
 
@@ -61,7 +63,12 @@ class FakeRenderer:
         FakeRenderer.moved.append(time_s)
         self._time_s, self._state = time_s, (self._state * 3 + round(time_s * 1000)) % 241
 
-    def render(self, *, time_s, progress):
+    def camera_matrices(self, camera):
+        if camera.position_m[1] <= 0.0:
+            raise InputError("camera.position_m: must be above the ground")
+
+    def render(self, *, time_s, camera, progress):
+        FakeRenderer.cameras.append(camera)
         if self.fails_at and len(self.drawn) == self.fails_at[0]:
             raise self.fails_at[1]
         self._move(time_s)
@@ -96,13 +103,14 @@ def greensward(monkeypatch, capsys, tmp_path):
     fake = types.ModuleType("greensward.renderer")
     fake.Renderer = FakeRenderer
     monkeypatch.setitem(sys.modules, "greensward.renderer", fake)
-    for name, value in {"drawn": [], "moved": [], "fails_at": None, "driver": "llvmpipe"}.items():
+    for name, value in {"drawn": [], "moved": [], "cameras": [], "fails_at": None, "driver": "llvmpipe"}.items():
         monkeypatch.setattr(FakeRenderer, name, value)
     monkeypatch.chdir(tmp_path)
 
     def run(*args, over_time=False):
         FakeRenderer.drawn.clear()
         FakeRenderer.moved.clear()
+        FakeRenderer.cameras.clear()
         with pytest.raises(SystemExit) as left:
             main(["animate", "meadow", "--size", "32x18", *([] if over_time else ["--samples", "4"]), *args])
         out, err = capsys.readouterr()
@@ -535,3 +543,66 @@ def test_grass_with_a_memory_goes_on_bit_for_bit(tmp_path, monkeypatch, capsys, 
     assert draw("parts/", "--fps", "10", "--seconds", "1") == whole
     afresh = draw("afresh/", "--fps", "10", "--time", "0.5")
     assert afresh["frame_0000.png"] != whole["frame_0005.png"]  # or the memory does not matter, and this test is none
+
+
+# A camera path ----------------------------------------------------------------------------------------------
+
+WALK = """
+key = [
+  { time_s = 0.0, position_m = [0, 1, 0], target_m = [0, 1, -9] },
+  { time_s = 0.5, position_m = [0, 2, -1], target_m = [0, 1, -9] },
+]
+"""
+
+
+def test_the_camera_follows_a_path_to_its_end(greensward, tmp_path):
+    (tmp_path / "walk.toml").write_text(WALK, encoding="utf-8")
+    code, out, err = greensward("-o", "walk/", "--camera-path", "walk.toml", "--fps", "10")
+    assert (code, err) == (0, "")
+    assert "5 frames, 0.5 s" in out
+    heights = [camera.position_m[1] for camera in FakeRenderer.cameras]
+    assert heights == pytest.approx([1.0, 1.2, 1.4, 1.6, 1.8])
+    assert FakeRenderer.cameras[0].fov_y_deg == FakeRenderer.last.scene.camera.fov_y_deg
+
+    # the scene's clock is the path's: what is drawn later is seen from farther on
+    assert greensward("-o", "later.gif", "--camera-path", "walk.toml", "--fps", "10", "--time", "0.3")[0] == 0
+    assert [camera.position_m[1] for camera in FakeRenderer.cameras] == pytest.approx([1.6, 1.8])
+    assert greensward("-o", "after.gif", "--camera-path", "walk.toml", "--fps", "1", "--time", "3")[0] == 0
+    assert len(FakeRenderer.drawn) == 4, "beyond its end it lasts as long as without one"
+    assert greensward("-o", "smooth.gif", "--camera-path", "walk.toml", "--fps", "10", over_time=True)[0] == 0
+    assert [camera.position_m[1] for camera in FakeRenderer.cameras[:10]] == [1.0] * 9 + [pytest.approx(1.2)]
+
+
+def test_frames_along_one_path_are_not_mixed_with_others(greensward, tmp_path):
+    (tmp_path / "walk.toml").write_text(WALK, encoding="utf-8")
+    asked = ("-o", "walk/", "--fps", "10", "--seconds", "0.2")
+    assert greensward(*asked, "--camera-path", "walk.toml")[0] == 0
+    assert greensward(*asked, "--camera-path", "walk.toml")[0] == 0
+    assert FakeRenderer.drawn == []
+    (tmp_path / "walk.toml").write_text(WALK.replace("[0, 2, -1]", "[0, 3, -1]"), encoding="utf-8")
+    for other in (("--camera-path", "walk.toml"), ()):
+        code, _, err = greensward(*asked, *other)
+        assert (code, "--overwrite" in err) == (2, True), err
+
+
+@pytest.mark.parametrize(
+    ("text", "args", "told"),
+    [
+        (WALK, ("--camera", "0,1,0:0,0,1"), "--camera-path: must stand without --camera"),
+        (None, (), "walk.toml: no such file"),
+        (
+            WALK.replace("0, 2, -1", "0, -2, -1"),
+            (),
+            "walk.toml: at 0.2 s: camera.position_m: must be above the ground",
+        ),
+        (WALK.replace("key", "kye"), (), "walk.toml: kye: unknown key; did you mean key?"),
+    ],
+)
+def test_a_wrong_path_is_refused_before_anything_is_drawn(greensward, tmp_path, text, args, told):
+    if text:
+        (tmp_path / "walk.toml").write_text(text, encoding="utf-8")
+    code, out, err = greensward("-o", "a.gif", "--camera-path", "walk.toml", "--fps", "10", *args)
+    assert (code, out) == (2, "")
+    assert told in err
+    assert not FakeRenderer.drawn
+    assert not (tmp_path / "a.gif").exists()

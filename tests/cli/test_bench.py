@@ -78,6 +78,7 @@ def test_a_lost_device_is_an_honest_partial_report(bench, monkeypatch, tmp_path)
     [
         (("nothing",), "workload: must be one of"),
         (("--techniques", "strips"), "--techniques: must be one of"),
+        (("--camera-path", "walk.toml"), "walk.toml: no such file"),
         (("--frames", "0"), "must be a whole number from 1"),
         (("--sizes", "640x360,0x0"), "must be WIDTHxHEIGHT"),
         (("--protocol", "slow"), "must be one of quick, thesis"),

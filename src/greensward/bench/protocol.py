@@ -3,7 +3,7 @@
 import math
 import statistics
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -14,6 +14,7 @@ from greensward.bench.floor import floor_ms
 from greensward.bench.tally import counted, gpu_bytes
 from greensward.gpu.context import is_software
 from greensward.gpu.timers import PassTimers
+from greensward.io.camera_path import CameraPath
 from greensward.renderer import Counts
 from greensward.scene import Camera, GreenswardError
 
@@ -73,8 +74,14 @@ class DeviceLostError(GreenswardError):
     """The driver gave up in the middle of a measurement."""
 
 
-def camera_on_path(camera: Camera, step: int) -> Camera:
-    """The camera of a step of the path: a loop of 40 s aside and ahead, looking to both sides; it begins at rest."""
+def camera_on_path(camera: Camera, step: int, path: CameraPath | None = None) -> Camera:
+    """The camera of a step of the path, which begins anew at its end.
+
+    Without one it is a loop of 40 s aside and ahead, looking to both sides; it begins at rest.
+    """
+    if path:
+        first_s = path.key[0].time_s
+        return path.at(first_s + step * STEP_S % (path.end_s - first_s), camera)
     turn = 2.0 * math.pi * step * STEP_S / PATH_S
     x, y, z = camera.position_m
     tx, ty, tz = camera.target_m
@@ -102,18 +109,21 @@ def clock(ctx: moderngl.Context, timers: PassTimers) -> str:
     return "wall clock around finish(), as this driver has no timer queries"
 
 
-def measure(subject: Subject, camera: Camera, size: tuple[int, int], at: Pace) -> dict[str, Any]:
+def measure(
+    subject: Subject, camera: Camera, size: tuple[int, int], at: Pace, path: CameraPath | None = None
+) -> dict[str, Any]:
     """Everything about a frame of a subject, as the columns of a row. Raises `DeviceLostError`."""
     ctx = subject.ctx
     target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
+    first = camera_on_path(camera, 0, path)
     for _ in range(at.warm_up):
-        subject.draw(target, 0.0, camera=camera)
+        subject.draw(target, 0.0, camera=first)
     with counted(ctx) as tally:
-        subject.draw(target, 0.0, camera=camera)
+        subject.draw(target, 0.0, camera=first)
     counts = subject.counts
     nbytes = gpu_bytes(ctx)
     _refuse_lost(ctx)
-    times = _frames(subject, target, camera, at)
+    times = _frames(subject, target, at, lambda step: camera_on_path(camera, step, path))
     _refuse_lost(ctx)
     repeats = min(max(at.frames // 2, 3), 31)
     least_ms = floor_ms(
@@ -143,14 +153,16 @@ def measure(subject: Subject, camera: Camera, size: tuple[int, int], at: Pace) -
     }
 
 
-def _frames(subject: Subject, target: moderngl.Framebuffer, camera: Camera, at: Pace) -> dict[str, Any]:
+def _frames(
+    subject: Subject, target: moderngl.Framebuffer, at: Pace, camera_at: Callable[[int], Camera]
+) -> dict[str, Any]:
     """Frames along the path. Where passes are timed by the clock, they are timed apart: that stalls between them."""
     queried = subject.timers.queried
     whole, wall, python, passes, cpu_passes = [], [], [], _Series(), _Series()
     subject.timers.enabled = queried
     step, began = 0, time.perf_counter()
     while at.goes_on(step, time.perf_counter() - began):
-        seen_from = camera_on_path(camera, step)
+        seen_from = camera_at(step)
         subject.ctx.finish()
         started = time.perf_counter()
         subject.draw(target, step * STEP_S, camera=seen_from)
@@ -169,7 +181,7 @@ def _frames(subject: Subject, target: moderngl.Framebuffer, camera: Camera, at: 
         subject.timers.enabled = True
         slow = statistics.median(whole) > 1000.0
         for again in range(1 if slow else min(max(at.frames // 3, 3), 100)):
-            subject.draw(target, again * STEP_S, camera=camera_on_path(camera, again))
+            subject.draw(target, again * STEP_S, camera=camera_at(again))
             passes.add(subject.timers.milliseconds())
     subject.timers.enabled = False
     return {

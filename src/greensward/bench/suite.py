@@ -30,6 +30,7 @@ from greensward.bench.workloads import (
 )
 from greensward.gpu.context import driver_name, is_software, open_context
 from greensward.gpu.timers import PassTimers
+from greensward.io.camera_path import CameraPath
 from greensward.renderer import Renderer
 from greensward.scene import GreenswardError, Scene
 from greensward.scene.load import dump, named_files
@@ -53,6 +54,8 @@ class Wanted:
     scale: Scale = "quick"
     quality: bool = True
     device: str = "auto"
+    path: CameraPath | None = None
+    """Along which the camera moves in every workload; without one, along the same loop from each scene's own."""
 
 
 @dataclass
@@ -96,6 +99,7 @@ def machine(wanted: Wanted) -> tuple[dict[str, Any], bool]:
             "scale": wanted.scale,
             "frames": at.frames,
             "warm_up": at.warm_up,
+            "camera_path": wanted.path.digest if wanted.path else None,
             "skipped": [],
             "incomplete": None,
         }, software
@@ -140,11 +144,12 @@ def _version(library: str) -> str | None:
         return None
 
 
-def scene_hash(scene: Scene) -> str:
-    """The first digits of the SHA-256 of a scene and of every file that it names."""
+def scene_hash(scene: Scene, path: CameraPath | None = None) -> str:
+    """The first digits of the SHA-256 of a scene, of every file that it names, and of a camera path."""
     digest = hashlib.sha256(dump(scene).encode())
-    for _, path in named_files(scene):
-        digest.update(path.read_bytes())
+    for _, file in named_files(scene):
+        digest.update(file.read_bytes())
+    digest.update(path.digest.encode() if path else b"")
     return digest.hexdigest()[:16]
 
 
@@ -217,7 +222,7 @@ def _row(job: _Job, wanted: Wanted, at: Pace) -> dict[str, Any]:
     subject: Subject
     kind = InstancedStrips if job.technique == STRIPS else Renderer
     with kind(scene, size=job.size, device=wanted.device) as subject:
-        measured = measure(subject, scene.camera, job.size, at)
+        measured = measure(subject, scene.camera, job.size, at, wanted.path)
     return {
         "workload": job.workload.name,
         "technique": job.technique,
@@ -225,7 +230,7 @@ def _row(job: _Job, wanted: Wanted, at: Pace) -> dict[str, Any]:
         "width": job.size[0],
         "height": job.size[1],
         **measured,
-        "scene_hash": scene_hash(scene),
+        "scene_hash": scene_hash(scene, wanted.path),
         "published": job.case.published,
     }
 

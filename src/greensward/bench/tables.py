@@ -127,10 +127,11 @@ def origin(record: Record) -> Table:
     table.add("libraries", libraries)
     table.add("greensward", f"{machine.get('greensward')}, commit {machine.get('commit') or 'unknown'}")
     table.add("clock", machine.get("clock"))
+    path = "a camera path of its own" if machine.get("camera_path") else "the path"
     table.add(
         "protocol",
         f"{machine.get('protocol')}, {machine.get('scale')} scale: {machine.get('frames')} frames after "
-        f"{machine.get('warm_up')} to warm up, along the path, 1/60 s apart, without display",
+        f"{machine.get('warm_up')} to warm up, along {path}, 1/60 s apart, without display",
     )
     hashes = {row["scene_hash"] for row in record["rows"] if row.get("scene_hash")}
     table.add("scenes", ", ".join(sorted(hashes)) if len(hashes) <= 4 else f"{len(hashes)}, by hash in the JSON")

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from greensward.cli.moving_camera import cameras, read_path
 from greensward.cli.options import (
     AsJson,
+    CameraFile,
     Device,
     FrameSamples,
     Overrides,
@@ -33,10 +35,12 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from greensward.io.camera_path import CameraPath
     from greensward.io.checkpoints import Checkpoint
     from greensward.io.video import FrameFiles
     from greensward.renderer import Renderer
     from greensward.scene.errors import GreenswardError
+    from greensward.scene.light import Camera
     from greensward.scene.scene import Scene
 
 EXAMPLES = """\b
@@ -46,6 +50,7 @@ Examples:
   greensward animate meadow -o clip.webm --codec av1 --set wind.0.speed_mps=12
   greensward animate meadow -o frames/%04d.png --seconds 10
   greensward animate meadow -o fine.mp4 --samples 16
+  greensward animate meadow -o walk.mp4 --camera-path walk.toml
   greensward animate meadow -o first.mp4 --checkpoint first.npz
   greensward animate meadow -o second.mp4 --from first.npz
 """
@@ -81,8 +86,14 @@ def animate(
         ),
     ],
     seconds: Annotated[
-        Any, typer.Option(parser=above_zero(1e9, "seconds"), metavar="SECONDS", help="How long the clip lasts.")
-    ] = "4",
+        Any,
+        typer.Option(
+            parser=above_zero(1e9, "seconds"),
+            metavar="SECONDS",
+            help="How long the clip lasts; 4, or until the camera's path ends.",
+            show_default=False,
+        ),
+    ] = None,
     fps: Annotated[
         Any,
         typer.Option(
@@ -108,6 +119,7 @@ def animate(
     seed: Seed = None,
     technique: Technique = None,
     camera: View = None,
+    camera_path: CameraFile = None,
     device: Device = "auto",
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Start a PNG sequence over, removing its frames.")
@@ -126,11 +138,12 @@ def animate(
     from greensward.scene.errors import InputError
 
     known = read_checkpoint(before) if before else None
-    clip = _clip(seconds, fps, start_s, before, known)
+    path = read_path(camera_path, camera)
+    clip = _clip(seconds, fps, start_s, before, known, path)
     files = _output(output, size, clip.fps, codec)
     loaded = load_scene(scene, overrides, seed, technique, camera)
     _spare(loaded, output, files, checkpoint)
-    made_with = _made_with(loaded, size, samples, clip)
+    made_with = _made_with(loaded, size, samples, clip, path)
     if known and known.scene != made_with["scene"]:
         raise InputError(f"{before}: was saved from another scene; go on with the same one, and the same options")
     if files:
@@ -147,7 +160,7 @@ def animate(
     ):
         if before and known:
             _resume(renderer, before, known)
-        job = _Job(renderer, clip, tell, spent)
+        job = _Job(renderer, clip, tell, spent, cameras(renderer, map(clip.time_s, clip.indices), path, camera_path))
         if files:
             drawn = job.write_files(output, files, made_with, overwrite, to_the_end=checkpoint is not None)
         else:
@@ -214,7 +227,12 @@ def _report(done: Mapping[str, Any], seconds: Mapping[str, float], as_json: bool
 
 
 def _clip(
-    seconds: float, fps: float | None, start_s: float | None, before: Path | None, known: "Checkpoint | None"
+    seconds: float | None,
+    fps: float | None,
+    start_s: float | None,
+    before: Path | None,
+    known: "Checkpoint | None",
+    path: "CameraPath | None",
 ) -> _Clip:
     from greensward.scene.errors import InputError
 
@@ -225,6 +243,9 @@ def _clip(
             raise InputError("--time: cannot be given with --from, which goes on where the checkpoint ends")
         fps, start_s = known.fps, known.start_s
     fps = 30.0 if fps is None else fps
+    if seconds is None:
+        first_s = (start_s or 0.0) + (known.following / fps if known else 0.0)
+        seconds = path.end_s - first_s if path and path.end_s > first_s else 4.0
     count = max(1, math.floor(seconds * fps + 0.5))
     if count > _MOST_FRAMES:
         raise InputError(
@@ -274,7 +295,9 @@ def _hash(scene: "Scene") -> str:
     return scene_hash.hexdigest()
 
 
-def _made_with(scene: "Scene", size: tuple[int, int], samples: int | None, clip: _Clip) -> dict[str, object]:
+def _made_with(
+    scene: "Scene", size: tuple[int, int], samples: int | None, clip: _Clip, path: "CameraPath | None"
+) -> dict[str, object]:
     """What the frames of a sequence must share: a later run goes on only from frames that it would draw."""
     from greensward import __version__
 
@@ -286,6 +309,7 @@ def _made_with(scene: "Scene", size: tuple[int, int], samples: int | None, clip:
         "start_s": clip.start_s,
         "technique": scene.technique.name,
         "scene": _hash(scene),
+        "camera_path": path.digest if path else "none",
     }
 
 
@@ -298,6 +322,7 @@ class _Job:
     clip: _Clip
     tell: Callable[[int, int], None]
     spent: dict[str, float]
+    camera_at: "Callable[[float], Camera | None]"
 
     def write_video(self, output: str, codec: str | None) -> int:
         """Draw the clip into a video, which ends with the last whole frame if interrupted; the number drawn."""
@@ -347,16 +372,17 @@ class _Job:
             self.tell(done + sample, total)
 
         for index in settling:
-            self.renderer.render(time_s=self.clip.time_s(index), progress=tell)
+            time_s = self.clip.time_s(index)
+            self.renderer.render(time_s=time_s, camera=self.camera_at(time_s), progress=tell)
             done += 1
         for index in indices:
             time_s = self.clip.time_s(index)
             if index in present and not temporal:
-                self.renderer.advance(time_s)
+                self.renderer.advance(time_s, camera=self.camera_at(time_s))
                 done += 1
                 self.tell(done, total)
                 continue
-            frame = self.renderer.render(time_s=time_s, progress=tell)
+            frame = self.renderer.render(time_s=time_s, camera=self.camera_at(time_s), progress=tell)
             done += samples
             if index not in present:
                 with self._writing():

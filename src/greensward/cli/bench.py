@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from greensward.cli.options import Device, size_of, whole
+from greensward.cli.options import CameraFile, Device, size_of, whole
 
 if TYPE_CHECKING:
     from greensward.bench.suite import Wanted
@@ -19,6 +19,7 @@ Examples:
   greensward bench blade-count --techniques visibility-buffer,instanced-strips
   greensward bench --json today.json --report today
   greensward bench tillman2013-limit --scale full --protocol thesis --json limit.json
+  greensward bench field-scale --camera-path walk.toml --protocol thesis
   greensward bench --compare before.json after.json
 """
 
@@ -81,6 +82,7 @@ def bench(
             help="quick leaves out what takes a CPU long; toy makes everything tiny, to see that it runs.",
         ),
     ] = "quick",
+    camera_path: CameraFile = None,
     quality: Annotated[
         bool, typer.Option(help="Compare the techniques' pictures of one scene as well, by their FLIP distance.")
     ] = True,
@@ -111,7 +113,7 @@ def bench(
     named = _names(workloads), _names(techniques), _sizes(sizes)
     if compare and (source or json_file or report):
         raise InputError("--compare: must stand alone, as it prints; leave out the other files")
-    if (compare or source) and any(named):
+    if (compare or source) and (any(named) or camera_path):
         raise InputError("--compare and --from: must stand alone, as they measure nothing; leave out what to measure")
     if compare:
         _compare(*compare)
@@ -121,6 +123,7 @@ def bench(
         return
     from greensward.bench.suite import Wanted
     from greensward.bench.workloads import chosen_techniques, chosen_workloads
+    from greensward.io.camera_path import CameraPath
 
     wanted = Wanted(
         chosen_workloads(named[0]),
@@ -131,6 +134,7 @@ def bench(
         scale=scale,
         quality=quality,
         device=device,
+        path=CameraPath.read(camera_path) if camera_path else None,
     )
     _measure(wanted, json_file, report)
 

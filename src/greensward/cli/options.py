@@ -5,13 +5,12 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from greensward.scene.scene import Scene
 
 LARGEST_SIDE = 16384
@@ -95,6 +94,9 @@ View: TypeAlias = Annotated[
     str | None,
     typer.Option(metavar="VIEW", help="x,y,z:tx,ty,tz[:fov] in metres and degrees, or a TOML file with [camera]."),
 ]
+CameraFile: TypeAlias = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Where the camera is when: a TOML file of keys.")
+]
 Device: TypeAlias = Annotated[
     str, typer.Option(parser=_device, metavar="auto|cpu|N", help="Where to draw: N is a GPU, from 0.")
 ]
@@ -118,7 +120,7 @@ def load_scene(
     )
 
 
-def spare_what_is_read(scene: "Scene", output: object, is_written: "Callable[[Path], bool]") -> None:
+def spare_what_is_read(scene: "Scene", output: object, is_written: Callable[[Path], bool]) -> None:
     """Raise `InputError` if a file that the scene reads would be written."""
     from greensward.scene.errors import InputError
     from greensward.scene.load import named_files

@@ -7,13 +7,13 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import tomli_w
 from pydantic import BaseModel, ValidationError
 
 from greensward.scene.base import kind_of, models_in, names_a_file
 from greensward.scene.errors import InputError, SceneError
-from greensward.scene.grass import Grass, species_table
+from greensward.scene.plain import plain, usual
 from greensward.scene.problems import Loc, Models, did_you_mean, one_of, place_of, sentences, short
+from greensward.scene.save import saved_text
 from greensward.scene.scene import Scene
 
 _PRESETS = Path(str(files("greensward.scene") / "presets"))
@@ -73,13 +73,7 @@ def dump(scene: Scene) -> str:
 
     The files it names stay relative to the scene's own folder.
     """
-    text = tomli_w.dumps(_plain(scene))
-    # Short arrays of plain values read best on one line, as people write them.
-    return re.sub(
-        r"= \[\n((?:    [^\[\]{}\n]*,\n)+)\]",
-        lambda array: "= [" + ", ".join(item.strip()[:-1] for item in array[1].splitlines()) + "]",
-        text,
-    )
+    return saved_text(None, scene)
 
 
 def presets() -> dict[str, tuple[str, str]]:
@@ -121,7 +115,7 @@ def _read(source: str | Path) -> tuple[dict[str, Any], Path, str]:
         label = str(path)
         if not there:
             raise SceneError([_no_such_scene(source, path)])
-    return _parse(path, label), path.parent, label
+    return read_table(path, label), path.parent, label
 
 
 def _no_such_scene(source: str | Path, path: Path) -> str:
@@ -134,19 +128,19 @@ def _no_such_scene(source: str | Path, path: Path) -> str:
     return f"{short(str(source), False)}: no preset has this name and no file is there{cure}"
 
 
-def _parse(path: Path, label: str) -> dict[str, Any]:
-    """The tables of a TOML file."""
+def read_table(path: Path, label: str, what: str = "a scene") -> dict[str, Any]:
+    """The tables of a TOML file, which is called `label` and holds `what`. Raises `SceneError`."""
     try:
         if not path.is_file():
             raise SceneError([f"{label}: is not a file"])
         if path.stat().st_size > _LARGEST:
-            raise SceneError([f"{label}: is larger than a scene can be ({_LARGEST >> 20} MiB); is it a picture?"])
+            raise SceneError([f"{label}: is larger than {what} can be ({_LARGEST >> 20} MiB); is it a picture?"])
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as error:
         raise SceneError([f"{label}: cannot be read: {error.strerror or error}"]) from None
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
-        raise SceneError([f"{label}: line {line}: is not UTF-8 text; a scene is a TOML file"]) from None
+        raise SceneError([f"{label}: line {line}: is not UTF-8 text; {what} is a TOML file"]) from None
     except RecursionError:
         raise SceneError([f"{label}: is nested too deeply"]) from None
     except ValueError as error:
@@ -190,7 +184,7 @@ class _Changes:
                 break
             if isinstance(node, dict):
                 model = _chosen(models, node)
-                node.setdefault(key, _plain(_defaults(model, node).get(str(key), {}) if model else {}))
+                node.setdefault(key, plain(usual(model, node).get(str(key), {}) if model else {}))
                 field = model.model_fields.get(str(key)) if model else None
                 models = models_in(field.annotation) if field else ()
             node = node[key]
@@ -224,7 +218,7 @@ class _Changes:
             )
             return
         try:
-            table = _parse(Path(camera), camera)
+            table = read_table(Path(camera), camera)
         except SceneError as error:
             self.problems += error.problems
             return
@@ -270,29 +264,6 @@ def _chosen(models: Models, node: Mapping[str, Any]) -> type[BaseModel] | None:
 
 def _technique_name() -> str:
     return Scene().technique.name
-
-
-# Defaults ---------------------------------------------------------------------------------------------------
-
-
-def _defaults(model: type[BaseModel], given: Mapping[str, Any]) -> dict[str, Any]:
-    """What the keys of a table are when they are left out; for grass that depends on its species."""
-    if model is Grass and isinstance(species := given.get("species", ""), str) and species in species_table():
-        return dict(Grass(species=species))
-    return {name: field.default for name, field in model.model_fields.items() if not field.is_required()}
-
-
-def _plain(value: Any) -> Any:
-    """A model or a value as TOML holds it, without what goes without saying."""
-    if isinstance(value, BaseModel):
-        held = {**dict(value), **(value.model_extra or {})}
-        usual = _defaults(type(value), held)
-        return {
-            key: _plain(item)
-            for key, item in held.items()
-            if item is not None and (key in ("kind", "species", "name") or key not in usual or item != usual[key])
-        }
-    return [_plain(item) for item in value] if isinstance(value, tuple | list) else value
 
 
 # Files ------------------------------------------------------------------------------------------------------

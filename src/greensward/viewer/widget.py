@@ -1,0 +1,177 @@
+"""The widget that a notebook shows; the only place that knows how a notebook is told of frames and tells of keys."""
+
+import math
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from jupyter_rfb import RemoteFrameBuffer
+
+from greensward.ground import HeightField
+from greensward.scene import GreenswardError, Scene, TechniqueChoice
+from greensward.viewer.eye import Eye
+
+if TYPE_CHECKING:
+    from greensward.renderer import Renderer
+
+_WAYS = {
+    "w": (1, 0, 0), "arrowup": (1, 0, 0), "s": (-1, 0, 0), "arrowdown": (-1, 0, 0),
+    "d": (0, 1, 0), "arrowright": (0, 1, 0), "a": (0, -1, 0), "arrowleft": (0, -1, 0),
+    "e": (0, 0, 1), "q": (0, 0, -1),
+}  # fmt: skip
+_LEFT = 1
+_ZOOM_PER_PX = 0.001
+_SETTLED = 16
+"""Frames after which a picture that rests is clean."""
+_SLOW_S, _QUICK_S = 0.12, 0.04
+_SCALES = (1.0, 0.7, 0.5, 0.35, 0.25)
+_LARGEST_PX = 4096
+_LONGEST_STEP_S = 0.25  # the grass waits for frames that take longer, and pictures blend
+
+
+class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
+    """A scene in a notebook, drawn headless and looked about in; `greensward.show` makes one, and tells its keys.
+
+    It draws only while it is seen and something moves, and `close` frees the GPU.
+    """
+
+    _renderer: "Renderer | None" = None
+
+    def __init__(
+        self, scene: Scene, *, time_s: float = 0.0, playing: bool = True, size: tuple[int, int], device: str = "auto"
+    ) -> None:
+        super().__init__(css_width=f"{size[0]}px", css_height=f"{size[1]}px", title=scene.title or "greensward")
+        self._scene, self._device, self._size, self._scale = scene, device, size, 0
+        self._held: set[str] = set()
+        self._pointer: tuple[float, float] | None = None
+        self._drawn_at: float | None = None
+        self._playing = playing
+        self.time_s = time_s
+        """The instant that is shown."""
+        try:
+            self._heights = HeightField.of(scene)
+            self._open()
+            self.eye = Eye(scene.camera, self._heights)
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self) -> None:
+        from greensward.renderer import Renderer
+
+        self._renderer = Renderer(self._scene, size=self._pixels(), temporal=True, device=self._device)
+
+    @property
+    def technique(self) -> str:
+        """What draws the grass; another one may be named at any time."""
+        return self._scene.technique.name
+
+    @technique.setter
+    def technique(self, name: str) -> None:
+        before = self._scene
+        self._scene = before.model_copy(update={"technique": TechniqueChoice(name=name)})
+        kept = self._renderer
+        try:
+            self._open()
+        except GreenswardError:
+            self._scene, self._renderer = before, kept
+            raise
+        if kept:
+            kept.release()
+        self.request_draw()
+
+    @property
+    def playing(self) -> bool:
+        """Whether time goes on."""
+        return self._playing
+
+    @playing.setter
+    def playing(self, plays: bool) -> None:
+        self._playing = plays
+        self.request_draw()
+
+    def get_frame(self) -> npt.NDArray[np.uint8] | None:
+        """Draw the next frame: sRGB, (height, width, 3)."""
+        if self._renderer is None:
+            return None
+        began = time.perf_counter()
+        self._go_on(0.0 if self._drawn_at is None else min(began - self._drawn_at, _LONGEST_STEP_S))
+        self._drawn_at = began
+        self._renderer.resize(self._pixels())
+        try:
+            frame = self._renderer.render(self.time_s, camera=self.eye.camera())
+        except GreenswardError as error:
+            self._playing = False
+            self.print(error)
+            return None
+        moves = self._playing or any(key in _WAYS for key in self._held)
+        self._suit(time.perf_counter() - began, moves or self._pointer is not None)
+        if moves or self._renderer.blended < _SETTLED:
+            self.request_draw()
+        else:
+            self._drawn_at = None
+        return frame.image
+
+    def _drag(self, event: dict[str, Any]) -> None:
+        assert self._pointer
+        right, down = event["x"] - self._pointer[0], event["y"] - self._pointer[1]
+        self._pointer = event["x"], event["y"]
+        if event["button"] == _LEFT and self._heights.there:
+            self.eye.turn(-right, -down)
+        else:
+            self.eye.circle(right, down)
+
+    def _release(self) -> None:
+        if self._renderer:
+            self._renderer.release()
+            self._renderer = None
+
+    def _go_on(self, seconds: float) -> None:
+        if self._playing:
+            self.time_s += seconds
+        ways = [_WAYS[key] for key in self._held if key in _WAYS]
+        if ways:
+            ahead, right, up = (sum(part) for part in zip(*ways, strict=True))
+            self.eye.go(ahead, right, up, seconds, fast="shift" in self._held)
+
+    def _suit(self, lasted_s: float, moves: bool) -> None:
+        """Fewer pixels where frames take long; all of them once the picture rests."""
+        if not moves:
+            self._scale = 0
+        elif lasted_s > _SLOW_S:
+            self._scale = min(self._scale + 1, len(_SCALES) - 1)
+        elif lasted_s < _QUICK_S:
+            self._scale = max(self._scale - 1, 0)
+
+    def _pixels(self) -> tuple[int, int]:
+        width, height = (min(max(round(side * _SCALES[self._scale]), 1), _LARGEST_PX) for side in self._size)
+        return width, height
+
+    def handle_event(self, event: dict[str, Any]) -> None:
+        """What the browser tells of mouse, keys and size."""
+        match event["type"]:
+            case "resize" if event["width"] > 0 and event["height"] > 0:
+                ratio = event.get("ratio", 1.0)
+                self._size = round(event["width"] * ratio), round(event["height"] * ratio)
+            case "pointer_down":
+                self._pointer = event["x"], event["y"]
+            case "pointer_up":
+                self._pointer = None
+            case "pointer_move" if self._pointer is not None:
+                self._drag(event)
+            case "wheel":
+                self.eye.zoom(math.exp(_ZOOM_PER_PX * min(max(event["dy"], -500.0), 500.0)))
+            case "key_down" if event["key"] == " ":
+                self._playing = not self._playing
+            case "key_down":
+                self._held.add(event["key"].lower())
+            case "key_up":
+                self._held.discard(event["key"].lower())
+            case "pointer_leave":
+                self._held.clear()  # a key that is let go elsewhere is not heard of
+            case "close":
+                self._release()
+            case _:
+                return
+        self.request_draw()

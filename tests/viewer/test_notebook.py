@@ -1,0 +1,247 @@
+"""A scene in a notebook, without a browser: what the widget draws, and what mouse, keys and the page do to it."""
+
+import builtins
+import time
+
+import numpy as np
+import pytest
+
+import greensward as gs
+from greensward.ground import HeightField
+from greensward.viewer.eye import Eye
+from small_scenes import NOISE, small_scene
+
+jupyter_rfb = pytest.importorskip("jupyter_rfb")
+SIZE = (96, 54)
+
+
+@pytest.fixture
+def show():
+    """Shows scenes, and closes them afterwards."""
+    views = []
+
+    def make(scene, **options):
+        views.append(gs.show(scene, **{"size": SIZE, "device": "cpu", "playing": False, **options}))
+        return views[-1]
+
+    yield make
+    for view in views:
+        view.close()
+
+
+def drag(view, button, *, to):
+    view.handle_event({"type": "pointer_down", "x": 10, "y": 10, "button": button})
+    view.handle_event({"type": "pointer_move", "x": 10 + to[0], "y": 10 + to[1], "button": button})
+    view.handle_event({"type": "pointer_up", "x": 10 + to[0], "y": 10 + to[1], "button": button})
+
+
+def hold(view, *keys, frames=3):
+    for key in keys:
+        view.handle_event({"type": "key_down", "key": key})
+    view.get_frame()
+    for _ in range(frames):
+        time.sleep(0.01)
+        view.get_frame()
+    for key in keys:
+        view.handle_event({"type": "key_up", "key": key})
+
+
+def settled(view):
+    for _ in range(40):
+        frame = view.get_frame()
+    return frame
+
+
+def test_it_draws_what_the_scenes_camera_sees(show):
+    scene = small_scene(ground=NOISE)
+    frame = settled(show(scene, time_s=1.5))
+    with gs.Renderer(scene, size=SIZE, temporal=True, device="cpu") as renderer:
+        want = [renderer.render(1.5).image for _ in range(40)][-1]
+    assert frame.shape == want.shape == (54, 96, 3)
+    assert frame.dtype == np.uint8
+    assert np.abs(frame.astype(int) - want).mean() < 0.5
+
+
+def test_time_goes_on_only_where_it_plays(show):
+    view = show(small_scene(), time_s=2.0)
+    view.get_frame()
+    view.get_frame()
+    assert view.time_s == 2.0
+    view.handle_event({"type": "key_down", "key": " "})
+    assert view.playing
+    view.get_frame()
+    time.sleep(0.01)
+    view.get_frame()
+    assert 2.0 < view.time_s < 3.0
+    view.playing = False
+    still = view.time_s
+    view.get_frame()
+    assert view.time_s == still
+
+
+def test_a_picture_that_rests_is_not_drawn_for_ever(show):
+    view = show(small_scene())
+    asked = []
+    view.request_draw = lambda: asked.append(1)
+    settled(view)
+    asked.clear()
+    view.get_frame()
+    assert not asked
+    drag(view, 1, to=(5, 0))
+    view.get_frame()
+    assert asked
+
+
+def test_dragging_turns_or_circles(show):
+    view = show(small_scene())
+    before, position, pivot = view.eye.ahead_ws, view.eye.position_ws.copy(), view.eye.camera().target_m
+    drag(view, 1, to=(-40, 0))
+    assert np.array_equal(view.eye.position_ws, position)
+    assert view.eye.ahead_ws[0] > before[0], "what was to the right comes to the middle"
+    drag(view, 1, to=(40, 0))
+    drag(view, 2, to=(30, 10))
+    assert np.allclose(view.eye.camera().target_m, pivot)
+    assert view.eye.position_ws[0] < position[0]
+    assert view.eye.position_ws[1] > position[1]
+    view.handle_event({"type": "pointer_move", "x": 90, "y": 90, "button": 0})  # nothing is held
+    assert np.allclose(view.eye.camera().target_m, pivot)
+
+
+def test_keys_walk_over_the_ground(show):
+    view = show(small_scene(ground=NOISE))
+    heights = HeightField.of(small_scene(ground=NOISE))
+    start = view.eye.position_ws.copy()
+    hold(view, "w")
+    ahead = view.eye.position_ws - start
+    assert ahead @ view.eye.ahead_ws > 0.01
+    x, _, z = view.eye.position_ws
+    assert view.eye.position_ws[1] - heights.height(x, z) == pytest.approx(
+        start[1] - heights.height(start[0], start[2])
+    )
+    hold(view, "D", "Shift")
+    assert (view.eye.position_ws - start - ahead)[0] > 0.01
+    for _ in range(40):
+        view.eye.go(0.0, 0.0, -1.0, 0.5)
+    x, y, z = view.eye.position_ws
+    assert y - heights.height(x, z) == pytest.approx(0.2), "not into the ground"
+    assert view.get_frame() is not None
+    rest = view.eye.position_ws.copy()
+    view.handle_event({"type": "key_down", "key": "w"})
+    view.handle_event({"type": "pointer_leave"})
+    view.get_frame()
+    assert np.array_equal(view.eye.position_ws, rest), "a key let go elsewhere does not walk on"
+
+
+def test_the_wheel_zooms_within_reason(show):
+    view = show(small_scene())
+    before = view.eye.camera().fov_y_deg
+    view.handle_event({"type": "wheel", "dy": -100})
+    assert view.eye.camera().fov_y_deg < before
+    for dy in [1e9] * 9 + [-1e9] * 30:
+        view.handle_event({"type": "wheel", "dy": dy})
+        assert 2.0 <= view.eye.camera().fov_y_deg <= 110.0
+    assert view.get_frame() is not None
+
+
+@pytest.mark.parametrize(("size", "ratio"), [((120, 50), 1.0), ((60, 40), 2.0), ((1, 1), 1.0)])
+def test_frames_follow_the_size_of_the_page(show, size, ratio):
+    view = show(small_scene())
+    view.get_frame()
+    view.handle_event({"type": "resize", "width": size[0], "height": size[1], "ratio": ratio})
+    frame = settled(view)
+    assert frame.shape == (round(size[1] * ratio), round(size[0] * ratio), 3)
+    view.handle_event({"type": "resize", "width": 0, "height": 0, "ratio": 1.0})  # hidden
+    assert view.get_frame().shape == frame.shape
+
+
+def test_slow_frames_have_fewer_pixels_until_the_picture_rests(show, monkeypatch):
+    from greensward.viewer import widget
+
+    view = show(small_scene(), playing=True)
+    monkeypatch.setattr(widget, "_SLOW_S", 0.0)
+    widths = [view.get_frame().shape[1] for _ in range(7)]
+    assert widths == sorted(widths, reverse=True)
+    assert widths[-1] == 24
+    view.playing = False
+    assert settled(view).shape[1] == 96
+
+
+def test_the_technique_is_switched_and_the_view_stays(show):
+    view = show("meadow", technique="bezier-blades", size=(32, 18))
+    assert view.technique == "bezier-blades"
+    view = show(small_scene())
+    drag(view, 1, to=(8, 3))
+    seen, first = view.eye.camera(), settled(view)
+    view.technique = "tessellated-quads"
+    assert view.eye.camera() == seen
+    assert 0 < np.abs(settled(view).astype(int) - first).mean() < 40
+    with pytest.raises(gs.SceneError, match=r"technique\.name: must be one of"):
+        view.technique = "nothing"
+    assert view.technique == "tessellated-quads"
+    assert view.get_frame() is not None
+
+
+def test_where_there_is_no_ground_any_button_circles(show):
+    view = show(small_scene(ground={"kind": "none"}, object=[], camera={"height_above_ground": False}))
+    pivot = view.eye.camera().target_m
+    drag(view, 1, to=(30, 10))
+    assert np.allclose(view.eye.camera().target_m, pivot)
+    start = view.eye.position_ws.copy()
+    hold(view, "w")
+    way = view.eye.position_ws - start
+    assert np.allclose(way / np.linalg.norm(way), view.eye.ahead_ws), "it flies where it looks"
+
+
+def test_a_closed_view_has_let_go_of_the_gpu(show):
+    view = show(small_scene())
+    view.get_frame()
+    renderer = view._renderer
+    view.close()
+    view.close()
+    assert renderer._released
+    assert view.get_frame() is None
+
+
+def test_a_message_of_the_page_arrives(show):
+    view = show(small_scene())
+    view._rfb_handle_msg(view, {"type": "resize", "width": 40.0, "height": 30.0, "ratio": 1.0}, [])
+    view._rfb_handle_msg(view, {"type": "char", "data": "w"}, [])
+    view._rfb_handle_msg(view, {"type": "wheel", "dx": 0, "dy": 5, "buttons": [], "modifiers": []}, [])
+    assert settled(view).shape == (30, 40, 3)
+
+
+def test_a_camera_in_the_ground_is_refused_in_words(show):
+    with pytest.raises(gs.InputError, match=r"camera\.position_m: must be above the ground"):
+        show(small_scene(camera={"position_m": [0.0, -1.0, 4.0]}))
+
+
+def test_without_the_extra_one_sentence_says_what_to_install(monkeypatch):
+    real = builtins.__import__
+
+    def missing(name, *args, **kwargs):
+        if name.startswith(("jupyter_rfb", "greensward.viewer.widget")):
+            raise ImportError(name, name="jupyter_rfb")
+        return real(name, *args, **kwargs)
+
+    monkeypatch.setattr(builtins, "__import__", missing)
+    with pytest.raises(gs.GreenswardError) as error:
+        gs.show(small_scene())
+    assert str(error.value) == (
+        'a view in a notebook needs jupyter_rfb, which an extra brings: pip install "greensward[notebook]"'
+    )
+
+
+def test_an_eye_looks_where_the_camera_did():
+    scene = small_scene(ground=NOISE)
+    heights = HeightField.of(scene)
+    eye = Eye(scene.camera, heights)
+    camera = eye.camera()
+    from greensward.viewpoint import place
+
+    for mine, given in zip(place(camera, heights), place(scene.camera, heights), strict=True):
+        assert np.allclose(mine, given)
+    for _ in range(50):
+        eye.turn(3.0, 400.0)
+    assert eye.ahead_ws[1] == pytest.approx(-1.0, abs=1e-3)
+    eye.circle(0.0, -9999.0)
+    assert eye.position_ws[1] >= heights.height(eye.position_ws[0], eye.position_ws[2])
