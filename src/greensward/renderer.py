@@ -75,7 +75,8 @@ class Renderer:
     `device` is `auto`, `cpu` or a number from `greensward info`; with `ctx`, the caller's moderngl context (OpenGL
     4.3 or newer) is used instead and its state is kept. `scripts` move objects by name: each takes a time in seconds
     and returns the centre of the object's base, (3,) with y above the ground, or its matrix, (4, 4) for column
-    vectors.
+    vectors. `stray_m` is how far the camera may go before the field is sown anew around it: more asks for more memory
+    and less often for sowing; if not given, it is 0.15 of `sowing.full_density_m`.
     Raises `InputError` for what the scene asks and cannot be had.
     """
 
@@ -90,6 +91,7 @@ class Renderer:
         ctx: moderngl.Context | None = None,
         scripts: Mapping[str, Script] | None = None,
         shell: Shell | None = None,
+        stray_m: float | None = None,
     ) -> None:
         self.scene = scene
         self.seconds: dict[str, float] = {}
@@ -112,7 +114,7 @@ class Renderer:
                 heights = HeightField.of(scene)
                 place(scene.camera, heights)
             with self._stage("shaders"), kept_state(self.ctx):
-                self._build(heights, size, scripts, shell)
+                self._build(heights, size, scripts, shell, stray_m)
         except BaseException:
             if self._owned is not None:
                 self._owned.release()
@@ -133,6 +135,7 @@ class Renderer:
         size: tuple[int, int],
         scripts: Mapping[str, Script] | None,
         shell: Shell | None,
+        stray_m: float | None,
     ) -> None:
         ctx = self.ctx
         self.size = size
@@ -140,7 +143,7 @@ class Renderer:
         self._depth = ReversedDepth(ctx)
         self._shell = shell = shell or best_shell(ctx)
         sown = self._technique_type.draws_field(self._settings)
-        self._world = World(ctx, self.scene, heights, shell, scripts, sown)
+        self._world = World(ctx, self.scene, heights, shell, scripts, sown, stray_m)
         self._technique = self._technique_type(ctx, self._world, self._settings)
         self._surfaces = Surfaces(ctx, self._world, self._technique, shell, self._depth, self.timers)
         self._shadows = ShadowMaps(ctx, self._world)

@@ -58,6 +58,7 @@ class World:
         shell: Shell,
         scripts: Mapping[str, Script] | None = None,
         sown: bool = True,
+        stray_m: float | None = None,
     ) -> None:
         self.ctx = ctx
         self.scene = scene
@@ -100,7 +101,7 @@ class World:
         )
         self._focus: Floats | None = None
         # a camera may stray this far before blades are sown anew around it
-        self._slack_m = 0.15 * scene.sowing.full_density_m
+        self._slack_m = 0.15 * scene.sowing.full_density_m if stray_m is None else stray_m
 
     def follow(self, camera_ws: Floats) -> bool:
         """Sow the field around the camera if it strayed; returns whether it did."""

@@ -14,7 +14,7 @@ from greensward.scene import Scene, Tracks
 
 Spot = tuple[float, float]
 Tool = Literal["look", "sow", "thin", "mow", "press", "move"]
-MOWN = 0.22
+MOWN = 0.3
 """Part of its height that mown grass keeps."""
 _RED, _GREEN, _BLUE = range(3)
 _FINEST_M, _MOST_TEXELS, _FEWEST_TEXELS = 0.1, 4096, 256

@@ -105,6 +105,7 @@ ACTIONS = (
     Action("ask_save_as", ("ctrl+shift+s",), "Save it under another name"),
     Action("picture", ("f12",), "Save a picture"),
     Action("record_path", ("f5",), "Record the way you go, or stop"),
+    Action("play_path", ("f7",), "Go that way again, or stop"),
     Action("record_video", ("f6",), "Record a video of what you see, or stop"),
     Action("split", ("c",), "Keep the scene as it is beside what it becomes"),
     Action("reload_shaders", ("ctrl+r",), "Read shaders and files again"),

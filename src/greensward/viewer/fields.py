@@ -20,7 +20,7 @@ from greensward.techniques import SETTINGS
 Kind = Literal["number", "count", "flag", "text", "choice", "colour", "file", "numbers", "list", "table", "tables"]
 Path = tuple[str | int, ...]
 """The keys that lead to a value: `("wind", 0, "speed_mps")`."""
-_HANDY = 720.0  # a range that a slider covers whole
+_HANDY = 40.0  # times the usual: a range that a slider covers whole
 _WORDS = {"per m²": "/m²", "pixels": "px", "stops": "EV"}
 
 
@@ -158,10 +158,13 @@ def _lengths(limits: list[Any]) -> dict[str, int]:
 
 def reach(spec: FieldSpec, value: float) -> tuple[float, float]:
     """Ends of a slider for a value: the whole range where a hand can set it, or what lies around the usual."""
-    if spec.low is not None and spec.high is not None and spec.high - spec.low <= _HANDY:
-        return spec.low, spec.high
     usual = spec.default if isinstance(spec.default, int | float) else max(_numbers(spec.default), default=1.0)
-    wide = _rounded_up(4.0 * max(abs(float(usual)), 0.25))
+    usual = abs(float(usual)) or 1.0
+    if spec.low is not None and spec.high is not None:
+        whole = spec.high - spec.low
+        if whole <= max(_HANDY * usual, 2.0) or (spec.unit == "°" and whole <= 720.0):
+            return spec.low, spec.high
+    wide = _rounded_up(4.0 * usual)
     while wide < abs(value):
         wide *= 4.0
     low = max(-wide, -math.inf if spec.low is None else spec.low)

@@ -11,7 +11,7 @@ from greensward.scene.base import kind_of
 from greensward.viewer.fields import Path
 
 Floats = npt.NDArray[np.float64]
-_FURTHEST_M = 80.0
+_FURTHEST_M = 60.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,7 @@ from greensward.scene import Camera, GreenswardError, Scene, SceneError
 from greensward.viewer.contexts import Contexts, Slot
 
 Size = tuple[int, int]
+_STRAY_M = 1.5  # sowing takes a CPU as long as a frame: not in every step of someone who walks
 
 
 @dataclass
@@ -155,7 +156,8 @@ class Pane:
         began = time.perf_counter()
         try:
             job.slot.enter()
-            job.renderer = Renderer(job.scene, size=job.size, temporal=True, ctx=job.slot.ctx)
+            stray_m = _STRAY_M if self.software else None
+            job.renderer = Renderer(job.scene, size=job.size, temporal=True, ctx=job.slot.ctx, stray_m=stray_m)
             size, job.size = job.size, (0, 0)
             job.aim(size)
             job.draw(camera, time_s)

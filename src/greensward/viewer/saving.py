@@ -12,8 +12,9 @@ import numpy.typing as npt
 from PIL import Image
 
 from greensward.io.rasters import read_rgba, written_aside
-from greensward.library import dump, load, presets
+from greensward.library import load, presets
 from greensward.scene import InputError, Scene
+from greensward.scene.save import saved_text
 from greensward.viewer.fields import value_at, walk, with_value
 
 
@@ -43,7 +44,7 @@ def _text(path: Path) -> str:
 
 def text_of(scene: Scene, original: str | None) -> str:
     """The scene as TOML; with the comments and the order of the text that it was opened from."""
-    return dump(scene)
+    return saved_text(original, scene)
 
 
 def save(scene: Scene, path: Path, original: str | None) -> tuple[Scene, str]:

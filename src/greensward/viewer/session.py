@@ -13,7 +13,7 @@ from greensward.viewer import saving
 from greensward.viewer.brushes import Brush, Spot, Tool, canvas_of, paint, track
 from greensward.viewer.clock import Clock
 from greensward.viewer.fields import Path as Keys
-from greensward.viewer.fields import fresh, value_at, with_value
+from greensward.viewer.fields import fresh, label_of, value_at, with_value
 from greensward.viewer.history import History
 from greensward.viewer.obstacles import Obstacles
 from greensward.viewer.sun import sun_at
@@ -97,7 +97,7 @@ class Session:
         self._enter()
         return True
 
-    def change(self, path: Keys, value: Any, drag: bool = False) -> bool:
+    def change(self, path: Keys, value: Any, drag: bool = False, what: str = "") -> bool:
         """Give a key of the scene another value. Values that follow each other in one `drag` are undone as one."""
         try:
             scene = with_value(self.scene, path, value)
@@ -105,7 +105,7 @@ class Session:
             for problem in error.problems:
                 self.tell(problem.removeprefix("scene: "), bad=True)
             return False
-        return self.put(scene, _words(path), path if drag else None)
+        return self.put(scene, what or _words(path), path if drag else None)
 
     def add(self, path: Keys, model: type[Any]) -> bool:
         """Add a table of this model to a list, near what is looked at."""
@@ -257,7 +257,7 @@ class Session:
         except GreenswardError as error:
             self.tell(str(error), bad=True)
             return
-        self.change(("sowing", "density_map"), str(path))
+        self.change(("sowing", "density_map"), str(path), what=tool)
 
     # Files --------------------------------------------------------------------------------------------------
 
@@ -309,7 +309,7 @@ def _words(path: Sequence[str | int]) -> str:
     """`wind 1, speed` for people, from the keys that lead to a value."""
     text = ""
     for part in path:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+        text += f" {part + 1}" if isinstance(part, int) else f", {label_of(part)}" if text else label_of(part)
     return text
 
 

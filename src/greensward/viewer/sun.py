@@ -3,7 +3,7 @@
 import math
 
 _LATITUDE, _DECLINATION = math.radians(48.0), math.radians(19.0)
-EARLIEST_H, LATEST_H = 4.0, 20.0
+EARLIEST_H, LATEST_H = 4.0, 20.5
 
 
 def sun_at(hour: float) -> tuple[float, float]:

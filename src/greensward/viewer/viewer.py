@@ -11,6 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.gpu.program import forget_sources
+from greensward.gpu.view import View
+from greensward.io.camera_path import CameraPath
 from greensward.io.rasters import check_writable
 from greensward.io.video import check_video, find_ffmpeg
 from greensward.renderer import Counts
@@ -74,7 +76,10 @@ class Viewer:
         self._pictures: list[PictureJob] = []
         self._video: VideoJob | None = None
         self._way: PathRecorder | None = None
+        self._track: CameraPath | None = None
+        self._playing_s: float | None = None
         self._frames = 0
+        self._face_ms = 0.0
         self._size: Size = (1, 1)
         self._camera: Camera = session.camera()
         self._shown_detail: tuple[Scene, float, Scene] | None = None
@@ -93,6 +98,7 @@ class Viewer:
         session.clock.advance(seconds)
         session.walker.move(self.held.intent(self._turn_px), min(seconds, 0.25))
         self._turn_px = (0.0, 0.0)
+        self._play(seconds)
         self._camera = session.camera()
         self._view = camera_view_or_none(self._camera, session, self._picture_size())
         self._reach_out()
@@ -100,7 +106,11 @@ class Viewer:
         self._record(seconds)
         self._finish_jobs()
         self._gather(seconds)
+        began = time.perf_counter()
         self.face.draw(self, seconds, size, target)
+        if self.panes[0].software:
+            self._contexts.ctx.finish()
+        self._face_ms += 0.2 * (1e3 * (time.perf_counter() - began) - self._face_ms)
         self.resting = not drawn and not events and not any(pane.busy for pane in self.panes) and not self.working
 
     def areas(self, size: Size) -> list[tuple[int, int, int, int]]:
@@ -137,7 +147,7 @@ class Viewer:
                 if self._frames % 8 == 1:
                     self.counts = self.panes[-1].counts
             if not any(pane.busy for pane in self.panes) and self._video is None:
-                self.pacing.frame(took_ms)
+                self.pacing.frame(took_ms + self._face_ms)
                 self._draw_less()
         return drawn
 
@@ -158,12 +168,17 @@ class Viewer:
         if known and known[0] is scene and known[1] == self.detail:
             return known[2]
         sowing, shadows = scene.sowing, scene.shadows
+        halvings = round(-math.log2(self.detail))
+        heads = self.detail ** (1.0 / 3.0)
         less = {
+            "grass": tuple(
+                grass.model_copy(update={"head_share": grass.head_share * heads}) for grass in scene.grass
+            ),
             "sowing": sowing.model_copy(update={"full_density_m": sowing.full_density_m * math.sqrt(self.detail)}),
             "shadows": shadows.model_copy(
                 update={
                     "density": shadows.density * self.detail,
-                    "cascades": min(shadows.cascades, 2),
+                    "cascades": max(min(shadows.cascades, 4 - halvings), 1),
                     "size_px": min(shadows.size_px, 512),
                 }
             ),
@@ -444,13 +459,31 @@ class Viewer:
             self._way = PathRecorder()
             return
         stations, self._way = self._way.stations, None
+        if len(stations) < 2:
+            return
         path = saving.free_name(self.folder, f"{self.session.origin.name}-path", ".toml")
         try:
-            saving.write_path(path, stations)
+            self._track = CameraPath.recorded(stations)
+            self._track.write(path)
         except GreenswardError as error:
             self.session.tell(str(error), bad=True)
         else:
-            self.session.tell(f"Saved {path}")
+            self.session.tell(f"Saved {path}; F7 plays it, and so does `greensward animate --camera`")
+
+    def play_path(self) -> None:
+        """Go the recorded way again, or stop."""
+        if self._track is None:
+            self.session.tell("Record a way first. F5")
+            return
+        self._playing_s = None if self._playing_s is not None else 0.0
+
+    def _play(self, seconds: float) -> None:
+        if self._track is None or self._playing_s is None:
+            return
+        self._playing_s += min(seconds, 0.25)
+        self.session.walker.look_from(self._track.at(self._playing_s, self.session.scene.camera))
+        if self._playing_s > self._track.end_s:
+            self._playing_s = None
 
     def record_video(self) -> None:
         """Record what is seen from now on, or stop."""
@@ -591,7 +624,7 @@ class Viewer:
         self.session.close()
 
 
-def camera_view_or_none(camera: Camera, session: Session, size: Size) -> "object | None":
+def camera_view_or_none(camera: Camera, session: Session, size: Size) -> View | None:
     """What the camera sees; None where it stands where none can."""
     try:
         return camera_view(camera, session.heights, size)

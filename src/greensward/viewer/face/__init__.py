@@ -134,13 +134,12 @@ class Face:
         imgui.push_font(None, TITLE_PX)
         imgui.text_unformatted(session.name)
         imgui.pop_font()
-        if session.unsaved:
-            imgui.same_line()
-            imgui.text_colored(colour(ACCENT), "•")
-            tip("Not saved yet.")
         imgui.push_font(None, SMALL_PX)
         file = session.origin.file
         imgui.text_colored(colour(MUTED), str(file) if file else f"the preset {session.origin.name}")
+        if session.unsaved:
+            imgui.same_line()
+            imgui.text_colored(colour(ACCENT), "changed, not saved")
         imgui.pop_font()
         history = session.history
         for icon, name, text, possible in (

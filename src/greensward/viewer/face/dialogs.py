@@ -71,7 +71,7 @@ class Dialogs:
         for name, (title, summary) in presets().items():
             if imgui.selectable(f"{title}##{name}", False)[0]:
                 self._chosen(viewer, name)
-            imgui.same_line(210.0)
+            imgui.same_line(270.0)
             imgui.text_colored(colour(MUTED), name)
             if summary and imgui.is_item_hovered():
                 imgui.set_tooltip(summary[:240])
@@ -158,7 +158,7 @@ class Dialogs:
     def _help(self) -> None:
         centre = imgui.get_main_viewport().get_center()
         imgui.set_next_window_pos(centre, imgui.Cond_.always.value, (0.5, 0.5))
-        imgui.set_next_window_size((470.0, 0.0))
+        imgui.set_next_window_size((540.0, 0.0))
         flags = imgui.WindowFlags_.no_decoration.value | imgui.WindowFlags_.no_saved_settings.value
         imgui.begin("keys", None, flags)
         heading("Moving")

@@ -48,12 +48,12 @@ def pictures(viewer: "Viewer", size: tuple[int, int]) -> None:
     if len(areas) > 1:
         x, _, _, height = areas[1]
         draw.add_line((x, 0.0), (x, height), packed(INK, 0.8), 2.0)
-        for (left, _, width, _), pane in zip(areas, viewer.panes, strict=False):
-            text = pane.scene.technique.name if pane.scene else ""
+        for word, (left, _, width, _), pane in zip(("before", "now"), areas, viewer.panes, strict=True):
+            text = f"{word}   {pane.scene.technique.name if pane.scene else ''}"
             wide = imgui.calc_text_size(text).x
-            at = left + 0.5 * (width - wide)
-            draw.add_rect_filled((at - 8.0, 10.0), (at + wide + 8.0, 34.0), packed((0.05, 0.08, 0.05, 0.7)), 4.0)
-            draw.add_text((at, 13.0), packed(INK), text)
+            x, y = left + 0.5 * (width - wide), height - 92.0
+            draw.add_rect_filled((x - 9.0, y - 3.0), (x + wide + 9.0, y + 22.0), packed((0.05, 0.08, 0.05, 0.75)), 5.0)
+            draw.add_text((x, y), packed(INK), text)
     _brush(viewer)
     _handles(viewer)
 
@@ -91,8 +91,10 @@ def _handles(viewer: "Viewer") -> None:
             continue
         held = viewer.held_handle is not None and viewer.held_handle.path == handle.path
         lit = held or viewer.near_handle == handle.path
-        draw.add_circle_filled(spot, 8.0 if lit else 6.0, packed(ACCENT if lit else INK, 0.9))
-        draw.add_circle(spot, 10.0 if lit else 8.0, packed((0.0, 0.0, 0.0, 1.0), 0.5), 0, 1.5)
+        away_m = float(np.linalg.norm(handle.at_ws - viewer.session.walker.position_ws))
+        radius = 8.0 if lit else min(max(45.0 / away_m, 2.0), 6.0)
+        draw.add_circle_filled(spot, radius, packed(ACCENT if lit else INK, 0.9))
+        draw.add_circle(spot, radius + 1.5, packed((0.0, 0.0, 0.0, 1.0), 0.5), 0, 1.5)
         if lit:
             wide = imgui.calc_text_size(handle.name).x
             x, y = spot[0] + 14.0, spot[1] - 12.0
@@ -130,10 +132,10 @@ def _brush_settings(viewer: "Viewer") -> None:
 
     session = viewer.session
     imgui.set_next_item_width(150.0)
-    changed, radius = imgui.slider_float("##radius", session.brush.radius_m, 0.1, 20.0, "%.1f m wide", imgui.SliderFlags_.logarithmic.value)
-    tip("Radius of the brush. The wheel of the mouse changes it too.")
+    changed, width = imgui.slider_float("##width", 2.0 * session.brush.radius_m, 0.2, 40.0, "%.1f m wide", imgui.SliderFlags_.logarithmic.value)
+    tip("Width of the brush. The wheel of the mouse changes it too.")
     if changed:
-        session.brush = replace(session.brush, radius_m=min(max(radius, 0.05), 50.0))
+        session.brush = replace(session.brush, radius_m=min(max(0.5 * width, 0.05), 50.0))
     imgui.same_line()
     imgui.set_next_item_width(150.0)
     changed, strength = imgui.slider_float("##strength", 100.0 * session.brush.strength, 5.0, 100.0, "%.0f %% strong")

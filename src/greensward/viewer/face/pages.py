@@ -199,7 +199,7 @@ def figure(name: str, value: str, help_text: str = "") -> None:
 
 
 def _detail(detail: float) -> str:
-    return {1.0: "all", 0.5: "half", 0.25: "a quarter"}[detail]
+    return {1.0: "all", 0.5: "half", 0.25: "a quarter", 0.125: "an eighth"}[detail]
 
 
 __all__ = ["BaseModel", "FramePage", "ScenePage"]

@@ -14,6 +14,7 @@ from greensward.viewer.session import Session
 
 LABEL_PART = 0.40
 """Part of the width that labels take."""
+_MOST_INT = 2**31 - 1
 _TYPED: dict[str, str] = {}  # what is being typed, by the key that it will go to
 
 
@@ -117,8 +118,8 @@ def _number(session: Session, path: Path, spec: FieldSpec, value: float) -> None
 
 def _count(session: Session, path: Path, spec: FieldSpec, value: int) -> None:
     low, high = reach(spec, value)
-    if high - low > 1000:
-        changed, new = imgui.drag_int("##v", min(value, 2**31 - 1), 1.0, int(low), int(min(spec.high or 2**31 - 1, 2**31 - 1)))
+    if (spec.high or 0.0) > _MOST_INT:
+        changed, new = imgui.input_int("##v", min(value, _MOST_INT))
     else:
         changed, new = imgui.slider_int("##v", value, int(low), int(high), f"%d {spec.unit}".rstrip())
     _commit(session, path, int(clamped(spec, new)), changed)
