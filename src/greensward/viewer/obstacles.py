@@ -14,7 +14,7 @@ from greensward.scene import Box, Capsule, GreenswardError, Mesh, Scene
 from greensward.scene.objects import Object
 
 Floats = npt.NDArray[np.float64]
-_SHOULDER_M, _STEP_M = 0.28, 0.35
+_SHOULDER_M, _STEP_M = 0.28, 0.45
 _PROBES = 6
 
 
