@@ -7,7 +7,7 @@ import moderngl
 from imgui_bundle import imgui
 
 from greensward.viewer import controls
-from greensward.viewer.face import overlay, quick, style
+from greensward.viewer.face import overlay, quick, style, widgets
 from greensward.viewer.face.dialogs import Dialogs
 from greensward.viewer.face.pages import FramePage, ScenePage
 from greensward.viewer.face.style import ACCENT, GROUND, MUTED, PANEL_PX, SMALL_PX, TITLE_PX, WARN, Icon, colour
@@ -39,6 +39,8 @@ class Face:
         self.timing = False
         """Whether the times of passes are on show."""
         self._goto: str | None = None
+        self.unfolded = False
+        """Whether every table is opened, for a look at all keys."""
 
     @property
     def wants_mouse(self) -> bool:
@@ -85,6 +87,7 @@ class Face:
         io = imgui.get_io()
         io.display_size = imgui.ImVec2(*map(float, size))
         io.delta_time = max(seconds, 1e-4)
+        widgets.unfold(self.unfolded)
         imgui.backends.opengl3_new_frame()
         imgui.new_frame()
         try:

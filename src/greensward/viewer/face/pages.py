@@ -9,7 +9,7 @@ from pydantic import BaseModel
 from greensward.scene import Scene
 from greensward.techniques import SETTINGS
 from greensward.viewer.face.style import FAINT, INK, MUTED, PASSES, RAISED, SMALL_PX, colour, packed
-from greensward.viewer.face.widgets import heading, label_of, labelled, note, row, rows, tables, tip
+from greensward.viewer.face.widgets import folds, heading, label_of, labelled, note, row, rows, tables, tip
 from greensward.viewer.fields import fields_of, value_at, walk
 from greensward.viewer.pacing import DETAILS, SCALES
 
@@ -44,7 +44,7 @@ class ScenePage:
                 continue
             held = getattr(session.scene, spec.name)
             count = f"  ({len(held)})" if spec.kind == "tables" and held else ""
-            opened = imgui.collapsing_header(f"{spec.label}{count}###{spec.name}")
+            opened = folds(f"{spec.label}{count}###{spec.name}", header=True)
             tip(spec.help)
             if not opened:
                 continue

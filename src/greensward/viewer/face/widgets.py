@@ -18,6 +18,24 @@ _MOST_INT = 2**31 - 1
 _TYPED: dict[str, str] = {}  # what is being typed, by the key that it will go to
 
 
+_unfolded = False
+
+
+def unfold(all_of_them: bool) -> None:
+    """Open every table from now on, or let people do it."""
+    global _unfolded
+    _unfolded = all_of_them
+
+
+def folds(label: str, header: bool = False) -> bool:
+    """A table's own line, and whether it is open."""
+    if _unfolded:
+        imgui.set_next_item_open(True)
+    if header:
+        return bool(imgui.collapsing_header(label))
+    return bool(imgui.tree_node_ex(label, imgui.TreeNodeFlags_.span_avail_width.value))
+
+
 def heading(text: str) -> None:
     """A quiet heading over a group."""
     imgui.dummy((0.0, 2.0))
@@ -237,7 +255,7 @@ def table(session: Session, path: Path, spec: FieldSpec, value: Any) -> None:
             session.add(path, spec.models[0])
         tip(spec.help)
         return
-    opened = imgui.tree_node_ex(spec.label, imgui.TreeNodeFlags_.span_avail_width.value)
+    opened = folds(spec.label)
     tip(spec.help)
     if not opened:
         return
@@ -252,7 +270,7 @@ def tables(session: Session, path: Path, spec: FieldSpec, value: tuple[Any, ...]
     """A list of tables: each can be opened and removed, and others added."""
     for i, item in enumerate(value):
         imgui.push_id(i)
-        opened = imgui.tree_node_ex(f"{title_of(spec, item, i)}###{i}", imgui.TreeNodeFlags_.span_avail_width.value)
+        opened = folds(f"{title_of(spec, item, i)}###{i}")
         if opened:
             if len(value) > spec.least:
                 _removal(session, (*path, i))

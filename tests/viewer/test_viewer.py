@@ -1,0 +1,422 @@
+"""The whole user interface, driven event by event without a window."""
+
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import pytest
+from PIL import Image
+
+pytest.importorskip("imgui_bundle", reason="the extra viewer is not installed")
+
+from driving import Driver
+
+import greensward as gs
+from greensward.gpu import program
+from greensward.viewer import controls as c
+from greensward.viewer.contexts import Contexts
+from greensward.viewer.session import Session
+
+SCENE = """\
+title = "Field"
+
+[ground]
+kind = "flat"
+size_m = [60, 60]
+
+[sowing]
+density_per_m2 = 120
+reach_m = 25  # near
+
+[shadows]
+enabled = false
+
+[camera]
+position_m = [0, 1.7, 8]
+target_m = [0, 0.4, 0]
+"""
+
+
+@pytest.fixture
+def drive(ctx: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Driver]]:
+    monkeypatch.chdir(tmp_path)
+    made: list[Driver] = []
+
+    def start(text: str = SCENE, **options: object) -> Driver:
+        Path("field.toml").write_text(text)
+        made.append(Driver(Contexts(ctx, lambda: None), Session("field.toml"), **options))  # type: ignore[arg-type]
+        made[-1].ready()
+        return made[-1]
+
+    yield start
+    for each in made:
+        each.release()
+
+
+def test_it_shows_the_scene_and_a_panel(drive):
+    d = drive()
+    assert d.viewer.panes[0].problems == ()
+    picture = d.scene_part.astype(int)
+    assert picture.std() > 10.0
+    green = picture[-100:].mean(axis=(0, 1))
+    assert green[1] > green[2]
+    assert d.picture()[:, -200:].mean() < 70  # a dark panel
+    d.key("h")
+    d.frames(2)
+    assert d.viewer.areas(d.size)[0][2] == d.size[0]
+
+
+def test_one_walks_and_looks_around(drive):
+    d = drive()
+    before, z = d.scene_part.copy(), d.session.walker.position_ws[2]
+    d.frames(10, c.Press("w"))
+    d.frames(1, c.Press("w", False))
+    assert d.session.walker.position_ws[2] < z - 0.5
+    yaw = d.session.walker.yaw
+    d.drag((300, 300), (340, 310), (380, 320), button="right")
+    assert d.session.walker.yaw != yaw
+    assert not d.viewer.captured
+    assert (d.scene_part != before).mean() > 0.5
+    d.drag((300, 300), (200, 300))
+    assert d.session.walker.yaw != yaw
+    d.key("f")
+    assert d.session.walker.mode == "fly"
+    d.key("o")
+    assert d.session.walker.mode == "orbit"
+    d.key("home")
+    assert d.session.walker.position_ws == pytest.approx([0.0, 1.7, 8.0])
+
+
+def test_every_technique_by_its_number(drive):
+    d = drive()
+    camera = d.session.camera()
+    for number, name in enumerate(("bezier-blades", "tessellated-quads", "visibility-buffer"), start=1):
+        d.key(f"_{number}")
+        d.ready()
+        renderer = d.viewer.panes[0].renderer
+        assert renderer is not None
+        assert renderer.technique_name == name
+        assert d.viewer.panes[0].problems == ()
+    assert d.session.camera() == camera
+
+
+def test_light_and_wind_change_without_sowing_anew(drive):
+    d = drive()
+    renderer, before = d.viewer.panes[0].renderer, d.scene_part.mean()
+    x = d.size[0] - 356 + 240
+    d.drag((x, 199), (x + 40, 199), (x + 70, 199))  # exposure
+    assert d.session.scene.post.exposure_ev > 0.5
+    d.frames(12)
+    assert d.scene_part.mean() > before + 10
+    d.drag((d.size[0] - 320, 340), (d.size[0] - 345, 315))  # the dial
+    assert d.session.scene.wind[0].direction_deg != 250.0
+    d.session.set_hour(8.0)
+    d.frames(2)
+    assert d.viewer.panes[0].renderer is renderer
+    d.key("z", "left_ctrl")
+    d.key("z", "left_ctrl")
+    d.key("z", "left_ctrl")
+    assert not d.session.unsaved
+    d.frames(12)
+    assert d.scene_part.mean() == pytest.approx(before, abs=3.0)
+
+
+def test_mowing_and_pressing_by_hand(drive):
+    d = drive()
+    d.frames(4)
+    d.session.clock.paused = True
+    d.frames(20)
+    before = d.scene_part.astype(int)
+    d.drag((300, 30), (300, 30))  # the tool
+    d.viewer.choose_tool("mow")
+    d.drag((250, 520), (300, 450), (350, 420))
+    d.ready()
+    d.frames(20)
+    assert d.session.history.undoes == "mow"
+    mown = d.scene_part.astype(int)
+    assert np.abs(mown - before).mean() > 1.0
+    d.viewer.choose_tool("press")
+    d.drag((420, 520), (430, 450))
+    d.drag((480, 520), (490, 450))
+    d.ready()
+    assert len(d.session.scene.force) == 2
+    d.key("z", "left_ctrl")
+    d.key("z", "left_ctrl")
+    d.key("z", "left_ctrl")
+    d.ready()
+    assert not d.session.unsaved
+
+
+def test_things_are_dragged_over_the_ground(drive):
+    d = drive(SCENE + '[[object]]\nkind = "sphere"\nposition_m = [0, 0, 0]\nsize_m = [1, 1, 1]\n')
+    d.viewer.choose_tool("move")
+    d.frames(2, c.Move(400, 300))
+    (handle,) = d.viewer.handles
+    spot = d.viewer.on_screen(handle.at_ws)
+    d.drag(spot, (spot[0] + 60, spot[1] + 40), (spot[0] + 90, spot[1] + 60))
+    x, y, z = d.session.scene.object[0].position_m
+    assert x > 0.3
+    assert z > 0.3
+    assert y == 0.0
+    d.ready()
+    d.key("z", "left_ctrl")
+    assert d.session.scene.object[0].position_m == (0.0, 0.0, 0.0)
+
+
+def test_time_stops_steps_and_slows(drive):
+    d = drive()
+    d.key("p")
+    time_s = d.session.clock.time_s
+    d.frames(3)
+    assert d.session.clock.time_s == time_s
+    d.key("n")
+    assert d.session.clock.time_s == pytest.approx(time_s + 1 / 30)
+    d.frames(40)
+    assert d.viewer.resting
+    d.key("comma")
+    assert d.session.clock.pace == 0.5
+
+
+def test_two_halves_one_camera(drive):
+    d = drive()
+    d.key("c")
+    d.ready()
+    d.session.set_hour(12.0)
+    d.key("_1")
+    d.ready()
+    left, right = d.viewer.panes
+    assert left.scene.technique.name == "visibility-buffer"
+    assert right.scene.technique.name == "bezier-blades"
+    (x0, _, width, height), (x1, *_) = d.viewer.areas(d.size)
+    picture = d.picture()[100 : height - 150].astype(int)
+    assert picture[:, x0 + 20 : x0 + width - 20].std() > 5
+    assert abs(picture[:, :width].mean() - picture[:, x1 : x1 + width].mean()) > 1.0
+    d.key("c")
+    d.frames(2)
+    assert len(d.viewer.panes) == 1
+    assert d.viewer.panes[0].scene.technique.name == "bezier-blades"
+
+
+def test_a_broken_shader_is_told_with_its_line_and_the_last_good_goes_on(drive, monkeypatch):
+    d = drive()
+    before = d.viewer.panes[0].renderer
+    read = program._read
+
+    @cache
+    def broken(path):
+        lines = read(path)
+        return (*lines, "this is no GLSL") if path == "passes/post/encode.glsl" else lines
+
+    line = len(read("passes/post/encode.glsl")) + 1
+    monkeypatch.setattr(program, "_read", broken)
+    d.key("r", "left_ctrl")
+    d.ready()
+    assert any(f"passes/post/encode.glsl:{line}" in problem for problem in d.viewer.panes[0].problems)
+    assert d.viewer.panes[0].renderer is before
+    d.frames(3)
+    assert d.scene_part.std() > 10
+    assert d.viewer.panes[0].problems
+    monkeypatch.undo()
+    d.key("r", "left_ctrl")
+    d.ready()
+    assert d.viewer.panes[0].problems == ()
+    assert d.viewer.panes[0].renderer is not before
+
+
+def _disk_time_passes(d):
+    d.viewer._files._asked_s -= 10.0
+    d.frames(2)
+
+
+def test_a_scene_file_that_breaks_while_open(drive):
+    d = drive()
+    file, shown = Path("field.toml"), d.session.scene
+    file.write_text(SCENE.replace("reach_m = 25", "reach = 25"))
+    _disk_time_passes(d)
+    assert "field.toml: sowing.reach: unknown key; did you mean reach_m?" in d.viewer.problems
+    assert d.session.scene == shown
+    file.write_text("nonsense")
+    _disk_time_passes(d)
+    assert "field.toml: end of document" in d.viewer.problems[0]
+    file.write_text(SCENE.replace("reach_m = 25", "reach_m = 15"))
+    _disk_time_passes(d)
+    assert d.viewer.problems == ()
+    assert d.session.scene.sowing.reach_m == 15.0
+    d.ready()
+    assert d.scene_part.std() > 10
+
+
+def test_a_scene_that_cannot_be_drawn_leaves_the_last_one(drive):
+    d = drive()
+    good = d.viewer.panes[0].renderer
+    d.session.change(("sowing", "full_density_m"), 100_000.0)
+    d.session.change(("sowing", "reach_m"), 100_000.0)
+    d.ready()
+    assert "million blades" in d.viewer.panes[0].problems[0]
+    assert d.viewer.panes[0].renderer is good
+    d.key("z", "left_ctrl")
+    d.key("z", "left_ctrl")
+    d.ready()
+    assert d.viewer.panes[0].problems == ()
+
+
+def test_saving_asks_for_a_name_where_there_is_none(drive):
+    d = drive()
+    d.session.change(("seed",), 7)
+    d.key("s", "left_ctrl")
+    assert "seed = 7" in Path("field.toml").read_text()
+    assert "# near" in Path("field.toml").read_text()
+    d.viewer.open("yan2024-random")
+    d.key("s", "left_ctrl")
+    d.frames(2)
+    assert d.viewer.face.dialogs.open
+    middle_x, middle_y = d.size[0] / 2, d.size[1] / 2
+    for y in range(-60, 70, 8):  # its Save button, left of Cancel
+        d.frames(1, c.Move(middle_x + 125, middle_y + y))
+        d.frames(1, c.Click("left", True))
+        d.frames(2, c.Click("left", False))
+        if not d.viewer.face.dialogs.open:
+            break
+    assert Path("yan2024-random-001.toml").exists()
+
+
+def test_leaving_with_changes_asks(drive):
+    d = drive()
+    d.frames(1, c.Close())
+    assert d.viewer.done
+    d.viewer.done = False
+    d.session.change(("seed",), 7)
+    d.frames(2, c.Close())
+    assert not d.viewer.done
+    assert "not saved" in d.viewer.would_be_lost[0]
+    d.key("escape")
+    d.frames(2)
+    assert not d.viewer.face.dialogs.open
+    assert not d.viewer.done
+    d.frames(1, c.Drop("yan2024-strong"))
+    assert d.viewer.face.dialogs.open
+    assert d.session.origin.name == "field"
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 700), (333, 222), (1500, 300)])
+def test_any_size_of_window(drive, size):
+    d = drive()
+    d.resize(size)
+    d.frames(3)
+    d.key("c")
+    d.ready()
+    d.resize((1024, 640))
+    d.frames(3)
+    assert d.viewer.panes[0].problems == ()
+    assert d.scene_part.std() > 5
+
+
+def test_a_picture_of_any_size_is_drawn_beside(drive):
+    d = drive()
+    d.key("f12")
+    d.frames(2)
+    assert d.viewer.face.dialogs.open
+    d.viewer.face.dialogs.cancel()
+    assert not d.viewer.draw_picture(Path("a.doc"), (96, 64), 2)
+    assert d.viewer.draw_picture(Path("a.png"), (96, 64), 2)
+    while d.viewer.working:
+        d.frames(1)
+    assert Image.open("a.png").size == (96, 64)
+    assert "Saved a.png" in d.told()
+
+
+def test_leaving_stops_what_is_still_drawn(drive):
+    d = drive()
+    d.viewer.draw_picture(Path("large.png"), (640, 480), 4096)
+    d.frames(1, c.Close())
+    assert not d.viewer.done
+    assert "still being drawn" in d.viewer.would_be_lost[0]
+    for job in d.viewer._pictures:
+        job.stop()
+    assert not Path("large.png").exists()
+    assert list(Path().glob(".*.part")) == []
+
+
+def test_the_way_is_recorded_played_and_written(drive):
+    d = drive()
+    d.key("f5")
+    d.frames(12, c.Press("w"), seconds=0.1)
+    d.frames(1, c.Press("w", False))
+    d.key("f5")
+    path = gs.CameraPath.read("field-path-001.toml")
+    assert path.end_s == pytest.approx(1.2, abs=0.35)
+    assert path.at(1.0).position_m[2] < path.at(0.0).position_m[2] - 0.5
+    d.key("f7")
+    assert d.session.walker.position_ws[2] == pytest.approx(8.0, abs=0.3)
+    d.frames(20, seconds=0.1)
+    assert d.session.walker.position_ws[2] == pytest.approx(path.at(9.0).position_m[2], abs=1e-3)
+
+
+def test_a_video_of_what_is_seen(drive):
+    pytest.importorskip("imageio_ffmpeg", reason="the extra video is not installed")
+    d = drive()
+    d.key("f6")
+    d.frames(10)
+    d.key("f6")
+    assert Path("field-001.mp4").stat().st_size > 1000
+    assert "field-001.mp4" in d.told()
+
+
+def test_typing_into_the_panel_is_not_a_command(drive):
+    d = drive()
+    d.viewer.face.go_to("Scene")
+    d.frames(3)
+    mode, z = d.session.walker.mode, d.session.walker.position_ws[2]
+    d.drag((d.size[0] - 180, 140), (d.size[0] - 180, 140))
+    d.frames(1)
+    assert d.viewer.face.wants_keys
+    for character in "wof":
+        d.frames(2, c.Press(character), c.Text(character))
+        d.frames(1, c.Press(character, False))
+    assert d.viewer.face.scene_page._search == "wof"
+    assert (d.session.walker.mode, d.session.walker.position_ws[2]) == (mode, z)
+
+
+def test_a_huge_paste_into_a_number_is_refused(drive):
+    d = drive()
+    x = d.size[0] - 356 + 240
+    d.frames(2, c.Move(x, 199))
+    d.frames(1, c.Press("left_ctrl"), c.Click("left", True))
+    d.frames(2, c.Click("left", False), c.Press("left_ctrl", False))
+    assert d.viewer.face.wants_keys
+    d.write("9" * 500)
+    d.frames(2, c.Press("enter"))
+    d.frames(2, c.Press("enter", False))
+    assert abs(d.session.scene.post.exposure_ev) <= 20.0
+
+
+def test_every_page_and_table_can_be_shown(drive):
+    d = drive(
+        '[[wind]]\nkind = "blast"\n[[wind]]\nkind = "gusts"\n[water]\nlevel_m = -5\n[simulation]\n[growth]\n'
+        '[[object]]\nkind = "sphere"\nposition_m = [0, 0, 0]\n[object.grass]\n[[force]]\nkind = "tracks"\n'
+        "path = [[0, 0], [1, 2]]\n[[flowers]]\n[sowing]\ndensity_per_m2 = 20\nreach_m = 10\n"
+    )
+    d.viewer.face.go_to("Scene")
+    d.frames(2)
+    d.viewer.face.unfolded = True
+    d.frames(4)
+    d.viewer.face.unfolded = False
+    for word in ("m", "deg", "wind", "colour", "file", "path", "zzz"):
+        d.viewer.face.scene_page._search = word
+        d.frames(2)
+    d.viewer.face.go_to("Frame")
+    d.frames(10)
+    assert sum(d.viewer.panes[0].pass_ms.values()) > 0
+    assert d.viewer.counts.drawn > 0
+    d.key("slash", "left_shift")
+    d.frames(2)
+    assert d.viewer.face.dialogs.help
+    d.key("escape")
+    d.key("o", "left_ctrl")
+    d.frames(2)
+    d.key("escape")
+    d.frames(2)
+    assert not d.viewer.face.dialogs.open
+    assert not d.session.unsaved
