@@ -265,10 +265,10 @@ class Renderer:
         return view_from_world, view.clip_from_world @ np.linalg.inv(view_from_world)
 
     def change(self, scene: Scene) -> bool:
-        """Draw another scene from now on, if that asks neither for sowing nor for shaders; returns whether it does not.
+        """Draw another scene from now on, unless that asks for sowing or for shaders; returns whether it is drawn.
 
-        That is so where it differs in title, camera, sun, sky, shadows, in `post` but not by a blur that comes or goes,
-        in numbers of winds, or in forces while there are some before and after. Nothing changes where it is not.
+        It is where it differs in title, camera, sun, sky, shadows, in `post` but not by a blur that comes or goes, in
+        numbers of winds, or in forces while there are some before and after. Nothing changes where it is not.
         """
         before = self.scene
         differs = {name for name in Scene.model_fields if getattr(before, name) != getattr(scene, name)}

@@ -19,7 +19,9 @@ def _models(model: type[BaseModel], found: set[type[BaseModel]]) -> set[type[Bas
     return found
 
 
-MODELS = sorted(_models(gs.Scene, set()) | set(SETTINGS.values()), key=lambda model: f"{model.__module__}{model.__name__}")
+MODELS = sorted(
+    _models(gs.Scene, set()) | set(SETTINGS.values()), key=lambda model: f"{model.__module__}{model.__name__}"
+)
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
@@ -91,7 +93,9 @@ def test_settings_of_the_technique_are_keys_of_its_table():
     assert scene.technique.model_extra == {"roundness": 0.25}
 
 
-@pytest.mark.parametrize("model", [m for m in MODELS if m is not gs.Scene and can_be_made(m)], ids=lambda m: m.__name__)
+@pytest.mark.parametrize(
+    "model", [m for m in MODELS if m is not gs.Scene and can_be_made(m)], ids=lambda m: m.__name__
+)
 def test_a_new_table_of_every_kind_can_be_made(model):
     if any(field.is_required() and name in ("times_s",) for name, field in model.model_fields.items()):
         pytest.skip("a path of an object is written, not made")

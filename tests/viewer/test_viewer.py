@@ -13,7 +13,7 @@ pytest.importorskip("imgui_bundle", reason="the extra viewer is not installed")
 
 from driving import Driver
 
-import greensward as gs
+import greensward as gs  # isort: skip
 from greensward.gpu import program
 from greensward.viewer import controls as c
 from greensward.viewer.contexts import Contexts

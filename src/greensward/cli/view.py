@@ -29,7 +29,7 @@ def view(
     """Walk through a scene in a window and change it there. Needs the extra `viewer`."""
     from greensward.scene.errors import GreenswardError
 
-    missing = [name for name in ("imgui_bundle", "glfw") if importlib.util.find_spec(name) is None]
+    missing = [name for name in ("imgui_bundle", "glfw") if not _is_there(name)]
     if missing:
         raise GreenswardError(
             f'view: {" and ".join(missing)} is missing, which an extra brings: pip install "greensward[viewer]"'
@@ -44,3 +44,10 @@ def view(
         session.put(changed, "the command line")
         session.go_back()
     run(session, size)
+
+
+def _is_there(module: str) -> bool:
+    try:
+        return importlib.util.find_spec(module) is not None
+    except (ImportError, ValueError):
+        return False

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -59,7 +60,7 @@ def paint(
     x = (np.arange(low[0], high[0]) + 0.5)[None, :]
     z = (np.arange(low[1], high[1]) + 0.5)[:, None]
     away_m = np.full(part.shape[:2], np.inf)
-    ends = list(zip(points, points[1:], strict=False)) or [(points[0], points[0])]
+    ends = list(pairwise(points)) or [(points[0], points[0])]
     for a, b in ends:
         way = (b - a) / per_m
         dx, dz = (x - a[0]) / per_m[0], (z - a[1]) / per_m[1]

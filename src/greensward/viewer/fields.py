@@ -230,7 +230,7 @@ def fresh(model: type[BaseModel], near_m: tuple[float, float, float]) -> BaseMod
     values = {
         name: told[name]
         for name, info in model.model_fields.items()
-        if name in told and len(get_args(info.annotation)) != 2 or name in told and info.is_required()
+        if (name in told and len(get_args(info.annotation)) != 2) or (name in told and info.is_required())
     }
     if "centre_m" in values and len(get_args(model.model_fields["centre_m"].annotation)) == 2:
         values["centre_m"] = (x, z)

@@ -25,7 +25,9 @@ class _StoppedError(Exception):
 class PictureJob:
     """Draws one picture in a context of its own, in a thread of its own."""
 
-    def __init__(self, scene: Scene, camera: Camera, time_s: float, path: Path, size: tuple[int, int], samples: int) -> None:
+    def __init__(
+        self, scene: Scene, camera: Camera, time_s: float, path: Path, size: tuple[int, int], samples: int
+    ) -> None:
         self.path = path
         self.done, self.total = 0, samples
         self.problem: str | None = None

@@ -91,7 +91,9 @@ def _box(thing: Object, resolve: Callable[[str], Path]) -> tuple[Floats, Floats]
             except (GreenswardError, ImportError):
                 return np.zeros(3), np.zeros(3)  # whoever draws it says what is wrong
             low, high = np.asarray(bounds, np.float64)
-            return 0.5 * (high - low), np.array([0.5 * (low[0] + high[0]), 0.5 * (high[1] - low[1]), 0.5 * (low[2] + high[2])])
+            return 0.5 * (high - low), np.array(
+                [0.5 * (low[0] + high[0]), 0.5 * (high[1] - low[1]), 0.5 * (low[2] + high[2])]
+            )
         case _:
             half = 0.5 * np.array(thing.size_m)
     return half, np.array([0.0, half[1], 0.0])

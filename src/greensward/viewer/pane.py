@@ -52,7 +52,8 @@ class _Made:
 
     def draw(self, camera: Camera, time_s: float) -> None:
         """Draw a frame and wait for it; its context must be current."""
-        assert self.renderer and self.target
+        assert self.renderer
+        assert self.target
         self.target.clear(depth=1.0)
         self.renderer.draw(self.target, time_s, camera=camera)
         self.slot.ctx.finish()
@@ -117,7 +118,7 @@ class Pane:
     def show(self, scene: Scene, camera: Camera, time_s: float, size: Size) -> None:
         """Show a scene as soon as it can be drawn; call every frame."""
         self._wanted = scene
-        self._take_over(camera, time_s)
+        self._take_over()
         if self._next is None and self._needs_building(scene):
             self._begin(scene, camera, time_s, size)
 
@@ -173,7 +174,7 @@ class Pane:
                 self._contexts.leave()
         job.seconds = time.perf_counter() - began
 
-    def _take_over(self, camera: Camera, time_s: float) -> None:
+    def _take_over(self) -> None:
         job = self._next
         if job is None or (job.thread is not None and job.thread.is_alive()):
             return

@@ -107,7 +107,11 @@ def same_picture(path: Path, canvas: npt.NDArray[np.uint8]) -> bool:
 def free_name(folder: Path, stem: str, suffix: str) -> Path:
     """A file that is not there yet: `meadow-001.png`, then `meadow-002.png`."""
     stem = re.sub(r"[^\w-]+", "-", stem).strip("-") or "scene"
-    numbers = (int(found[1]) for p in folder.glob(f"{stem}-*{suffix}") if (found := re.fullmatch(rf".*-(\d+){re.escape(suffix)}", p.name)))
+    numbers = (
+        int(found[1])
+        for p in folder.glob(f"{stem}-*{suffix}")
+        if (found := re.fullmatch(rf".*-(\d+){re.escape(suffix)}", p.name))
+    )
     return folder / f"{stem}-{max(numbers, default=0) + 1:03d}{suffix}"
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from greensward.ground import HeightField
-from greensward.scene import Camera, GreenswardError, InputError, Scene, SceneError
+from greensward.scene import Camera, GreenswardError, Scene, SceneError
 from greensward.techniques import TECHNIQUES, chosen
 from greensward.viewer import saving
 from greensward.viewer.brushes import Brush, Spot, Tool, canvas_of, paint, track
@@ -227,13 +227,13 @@ class Session:
         kept = forces[:-1] if drawing else forces
         if len(kept) >= _MOST_FORCES:
             self.stroke = []
-            self.tell(f"A scene has at most {_MOST_FORCES} [[force]] tables; remove one in the panel first.", bad=True)
+            self.tell(
+                f"A scene has at most {_MOST_FORCES} [[force]] tables; remove one in the panel first.", bad=True
+            )
             return
         self._pressing = True
         try:
-            self.put(
-                with_value(self.scene, ("force",), (*kept, track(self.stroke, self.brush))), "press", "press"
-            )
+            self.put(with_value(self.scene, ("force",), (*kept, track(self.stroke, self.brush))), "press", "press")
         except (SceneError, ValueError) as error:
             self.tell(f"That stroke is too long to be one track ({str(error).splitlines()[0]})", bad=True)
             self.stroke = []
@@ -311,6 +311,3 @@ def _words(path: Sequence[str | int]) -> str:
     for part in path:
         text += f" {part + 1}" if isinstance(part, int) else f", {label_of(part)}" if text else label_of(part)
     return text
-
-
-__all__ = ["InputError", "Notice", "Session"]

@@ -9,9 +9,13 @@ EARLIEST_H, LATEST_H = 4.0, 20.5
 def sun_at(hour: float) -> tuple[float, float]:
     """Azimuth, clockwise from north, and elevation of the sun in degrees at a solar hour of 0 to 24."""
     angle = math.radians(15.0 * (hour - 12.0))
-    sine = math.sin(_LATITUDE) * math.sin(_DECLINATION) + math.cos(_LATITUDE) * math.cos(_DECLINATION) * math.cos(angle)
+    sine = math.sin(_LATITUDE) * math.sin(_DECLINATION) + math.cos(_LATITUDE) * math.cos(_DECLINATION) * math.cos(
+        angle
+    )
     east = -math.cos(_DECLINATION) * math.sin(angle)
-    north = math.cos(_LATITUDE) * math.sin(_DECLINATION) - math.sin(_LATITUDE) * math.cos(_DECLINATION) * math.cos(angle)
+    north = math.cos(_LATITUDE) * math.sin(_DECLINATION) - math.sin(_LATITUDE) * math.cos(_DECLINATION) * math.cos(
+        angle
+    )
     return math.degrees(math.atan2(east, north)) % 360.0, math.degrees(math.asin(sine))
 
 

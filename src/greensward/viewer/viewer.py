@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -102,7 +102,7 @@ class Viewer:
         self._camera = session.camera()
         self._view = camera_view_or_none(self._camera, session, self._picture_size())
         self._reach_out()
-        drawn = self._draw_pictures(seconds)
+        drawn = self._draw_pictures()
         self._record(seconds)
         self._finish_jobs()
         self._gather(seconds)
@@ -125,7 +125,7 @@ class Viewer:
         _, _, width, height = self.areas(self._size)[-1]
         return width, height
 
-    def _draw_pictures(self, seconds: float) -> bool:
+    def _draw_pictures(self) -> bool:
         session, scale = self.session, self.pacing.scale
         wanted = [session.scene] if session.compared is None else [session.compared, session.scene]
         while len(self.panes) < len(wanted):
@@ -593,7 +593,9 @@ class Viewer:
         self.problems = ()
         unsaved = session.unsaved
         if session.reload():
-            session.tell(f"{file.name} has changed: read again" + ("; undo brings back what you had" if unsaved else ""))
+            session.tell(
+                f"{file.name} has changed: read again" + ("; undo brings back what you had" if unsaved else "")
+            )
 
     def _gather(self, seconds: float) -> None:
         """Show each notice for a while."""
@@ -630,6 +632,3 @@ def camera_view_or_none(camera: Camera, session: Session, size: Size) -> View | 
         return camera_view(camera, session.heights, size)
     except GreenswardError:
         return None
-
-
-__all__ = ["Callable", "Viewer"]

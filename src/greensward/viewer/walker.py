@@ -44,6 +44,7 @@ class Walker:
         self.pace = 1.0
         """Factor on the speed."""
         self._velocity = np.zeros(3)
+        self.yaw = self.pitch = 0.0
         self.enter(heights, Obstacles(()), water_m=-math.inf)
         self.look_from(camera)
 

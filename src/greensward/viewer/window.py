@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import imgui_bundle  # noqa: F401  # before glfw, which then uses the same library
+
 import glfw  # isort: skip
 import moderngl
 
@@ -18,6 +19,7 @@ from greensward.viewer.contexts import Contexts
 from greensward.viewer.session import Session
 from greensward.viewer.viewer import Viewer
 
+_NOTHING: Any = None
 _VERSION = (4, 3)
 _RESTING_S, _HIDDEN_S = 0.05, 0.2
 _BUTTONS: dict[int, controls.Button] = {
@@ -55,7 +57,7 @@ class Window:
 
     def __init__(self, title: str, size: tuple[int, int], hidden: bool = False) -> None:
         self._said: list[str] = []
-        glfw.set_error_callback(lambda _, text: self._said.append(text.decode(errors="replace")))
+        glfw.set_error_callback(lambda _, text: self._said.append(_as_text(text)))
         if not glfw.init():
             raise GreenswardError(_no_display(self._said))
         for hint, value in (
@@ -76,9 +78,7 @@ class Window:
         glfw.make_context_current(self._window)
         glfw.swap_interval(1)
         self.ctx = moderngl.create_context(require=430)
-        self.contexts = Contexts(
-            self.ctx, lambda: glfw.make_context_current(self._window), self._another, _leave
-        )
+        self.contexts = Contexts(self.ctx, lambda: glfw.make_context_current(self._window), self._another, _leave)
         self._listen()
 
     def _another(self) -> tuple[moderngl.Context, Callable[[], None]]:
@@ -110,6 +110,10 @@ class Window:
             scale_x, scale_y = self._pixels_per_point()
             put(controls.Move(x * scale_x, y * scale_y))
 
+        def drop(_: Any, paths: Any) -> None:
+            if paths:
+                put(controls.Drop(_as_text(paths[0])))
+
         def close(_: Any) -> None:
             glfw.set_window_should_close(window, False)
             put(controls.Close())
@@ -121,7 +125,8 @@ class Window:
         glfw.set_char_callback(window, lambda _, code: put(controls.Text(chr(code))))
         glfw.set_window_close_callback(window, close)
         glfw.set_window_focus_callback(window, lambda _, focused: None if focused else put(controls.Blur()))
-        glfw.set_drop_callback(window, lambda _, paths: put(controls.Drop(paths[0])) if paths else None)
+        dropped: Any = drop
+        glfw.set_drop_callback(window, dropped)
 
     def _pixels_per_point(self) -> tuple[float, float]:
         width, height = glfw.get_window_size(self._window)
@@ -205,8 +210,12 @@ def run(session: Session, size: tuple[int, int] = (1280, 800), first: Callable[[
         window.close()
 
 
+def _as_text(said: Any) -> str:
+    return said.decode(errors="replace") if isinstance(said, bytes) else str(said)
+
+
 def _leave() -> None:
-    glfw.make_context_current(None)
+    glfw.make_context_current(_NOTHING)
 
 
 def _no_display(said: list[str]) -> str:

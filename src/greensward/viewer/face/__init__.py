@@ -110,7 +110,11 @@ class Face:
         imgui.set_next_window_size((width, size[1]))
         flags = imgui.WindowFlags_.no_decoration.value | imgui.WindowFlags_.no_move.value
         imgui.push_style_var(imgui.StyleVar_.window_rounding.value, 0.0)
-        imgui.begin("panel", None, flags | imgui.WindowFlags_.no_saved_settings.value | imgui.WindowFlags_.no_bring_to_front_on_focus.value)
+        imgui.begin(
+            "panel",
+            None,
+            flags | imgui.WindowFlags_.no_saved_settings.value | imgui.WindowFlags_.no_bring_to_front_on_focus.value,
+        )
         imgui.pop_style_var()
         self._head(viewer)
         if imgui.begin_tab_bar("pages"):

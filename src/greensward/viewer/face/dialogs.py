@@ -57,7 +57,11 @@ class Dialogs:
         centre = imgui.get_main_viewport().get_center()
         imgui.set_next_window_pos(centre, imgui.Cond_.appearing.value, (0.5, 0.5))
         imgui.set_next_window_size((min(560.0, 2.0 * centre.x - 20.0), 0.0))
-        flags = imgui.WindowFlags_.no_resize.value | imgui.WindowFlags_.no_move.value | imgui.WindowFlags_.no_saved_settings.value
+        flags = (
+            imgui.WindowFlags_.no_resize.value
+            | imgui.WindowFlags_.no_move.value
+            | imgui.WindowFlags_.no_saved_settings.value
+        )
         shown, _ = imgui.begin_popup_modal(title, None, flags)
         if shown:
             getattr(self, f"_{self._asked}")(viewer)

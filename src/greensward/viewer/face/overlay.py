@@ -1,6 +1,8 @@
 """What lies over the picture: tools, the brush on the ground, handles, time, messages."""
 
 import math
+from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,7 +10,7 @@ from imgui_bundle import imgui
 
 from greensward.viewer.brushes import Tool
 from greensward.viewer.clock import FASTEST, SLOWEST
-from greensward.viewer.face.style import ACCENT, FAINT, INK, MUTED, SMALL_PX, WARN, Icon, colour, packed
+from greensward.viewer.face.style import ACCENT, INK, MUTED, WARN, Icon, colour, packed
 from greensward.viewer.face.widgets import tip
 
 if TYPE_CHECKING:
@@ -39,8 +41,8 @@ def pictures(viewer: "Viewer", size: tuple[int, int]) -> None:
     for pane, (x, y, width, height) in zip(viewer.panes, viewer.areas(size), strict=False):
         if pane.picture is None:
             text = "Sowing …" if not pane.problems else "The scene cannot be drawn."
-            wide = imgui.calc_text_size(text)
-            draw.add_text((x + 0.5 * (width - wide.x), y + 0.5 * (height - wide.y)), packed(MUTED), text)
+            wide = imgui.calc_text_size(text).x
+            draw.add_text((x + 0.5 * (width - wide), y + 0.5 * height - 10.0), packed(MUTED), text)
             continue
         name, _ = pane.picture
         draw.add_image(imgui.ImTextureRef(name), (x, y), (x + width, y + height), (0.0, 1.0), (1.0, 0.0))
@@ -51,9 +53,10 @@ def pictures(viewer: "Viewer", size: tuple[int, int]) -> None:
         for word, (left, _, width, _), pane in zip(("before", "now"), areas, viewer.panes, strict=True):
             text = f"{word}   {pane.scene.technique.name if pane.scene else ''}"
             wide = imgui.calc_text_size(text).x
-            x, y = left + 0.5 * (width - wide), height - 92.0
-            draw.add_rect_filled((x - 9.0, y - 3.0), (x + wide + 9.0, y + 22.0), packed((0.05, 0.08, 0.05, 0.75)), 5.0)
-            draw.add_text((x, y), packed(INK), text)
+            at, top = left + 0.5 * (width - wide), height - 92.0
+            box = (at - 9.0, top - 3.0), (at + wide + 9.0, top + 22.0)
+            draw.add_rect_filled(*box, packed((0.05, 0.08, 0.05, 0.75)), 5.0)
+            draw.add_text((at, top), packed(INK), text)
     _brush(viewer)
     _handles(viewer)
 
@@ -77,7 +80,7 @@ def _brush(viewer: "Viewer") -> None:
     x = at[0] + session.brush.radius_m * np.sin(angle)
     z = at[2] + session.brush.radius_m * np.cos(angle)
     ring = [viewer.on_screen(p) for p in np.column_stack([x, heights.height(x, z) + 0.15, z])]
-    for a, b in zip(ring, ring[1:], strict=False):
+    for a, b in pairwise(ring):
         if a is not None and b is not None:
             draw.add_line(a, b, packed((0.0, 0.0, 0.0, 1.0), 0.35), 4.0)
             draw.add_line(a, b, packed(ACCENT), 2.0)
@@ -115,7 +118,9 @@ def tools(viewer: "Viewer", size: tuple[int, int]) -> None:
         if i:
             imgui.same_line(0.0, 4.0)
         chosen = session.tool == tool
-        imgui.push_style_color(imgui.Col_.button.value, colour((0.36, 0.47, 0.22, 1.0) if chosen else (0.0, 0.0, 0.0, 0.0)))
+        imgui.push_style_color(
+            imgui.Col_.button.value, colour((0.36, 0.47, 0.22, 1.0) if chosen else (0.0, 0.0, 0.0, 0.0))
+        )
         if imgui.button(f"{icon}  {tool}"):
             viewer.choose_tool(tool)
         imgui.pop_style_color()
@@ -128,11 +133,11 @@ def tools(viewer: "Viewer", size: tuple[int, int]) -> None:
 
 
 def _brush_settings(viewer: "Viewer") -> None:
-    from dataclasses import replace
-
     session = viewer.session
     imgui.set_next_item_width(150.0)
-    changed, width = imgui.slider_float("##width", 2.0 * session.brush.radius_m, 0.2, 40.0, "%.1f m wide", imgui.SliderFlags_.logarithmic.value)
+    changed, width = imgui.slider_float(
+        "##width", 2.0 * session.brush.radius_m, 0.2, 40.0, "%.1f m wide", imgui.SliderFlags_.logarithmic.value
+    )
     tip("Width of the brush. The wheel of the mouse changes it too.")
     if changed:
         session.brush = replace(session.brush, radius_m=min(max(0.5 * width, 0.05), 50.0))
@@ -157,7 +162,9 @@ def _time(viewer: "Viewer", size: tuple[int, int]) -> None:
     tip("Go on by a thirtieth of a second. N")
     imgui.same_line()
     imgui.set_next_item_width(96.0)
-    changed, pace = imgui.slider_float("##speed", clock.pace, 0.05, 4.0, "%.2f ×", imgui.SliderFlags_.logarithmic.value)
+    changed, pace = imgui.slider_float(
+        "##speed", clock.pace, 0.05, 4.0, "%.2f ×", imgui.SliderFlags_.logarithmic.value
+    )
     tip("Slow motion, or a lapse.")
     if changed:
         clock.pace = min(max(pace, SLOWEST), FASTEST)
@@ -199,6 +206,3 @@ def messages(viewer: "Viewer", size: tuple[int, int]) -> None:
             imgui.text_colored(colour(WARN if bad else INK), part[:400])
         imgui.pop_text_wrap_pos()
     imgui.end()
-
-
-__all__ = ["FAINT", "SMALL_PX", "messages", "pictures", "tools"]

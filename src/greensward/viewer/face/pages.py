@@ -4,13 +4,12 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from imgui_bundle import imgui
-from pydantic import BaseModel
 
 from greensward.scene import Scene
 from greensward.techniques import SETTINGS
 from greensward.viewer.face.style import FAINT, INK, MUTED, PASSES, RAISED, SMALL_PX, colour, packed
-from greensward.viewer.face.widgets import folds, heading, label_of, labelled, note, row, rows, tables, tip
-from greensward.viewer.fields import fields_of, value_at, walk
+from greensward.viewer.face.widgets import folds, heading, kind, labelled, note, row, rows, tables, tip
+from greensward.viewer.fields import fields_of, label_of, value_at, walk
 from greensward.viewer.pacing import DETAILS, SCALES
 
 if TYPE_CHECKING:
@@ -93,9 +92,7 @@ def _section(viewer: "Viewer", name: str) -> None:
         session.remove((name,))
         return
     if len(spec.models) > 1:
-        from greensward.viewer.face.widgets import _kind
-
-        _kind(session, (name,), spec, held)
+        kind(session, (name,), spec, held)
         held = getattr(session.scene, name)
     rows(session, (name,), held)
 
@@ -185,7 +182,9 @@ class FramePage:
         figure("frame", f"{sum(frame.values()):.1f} ms", "All passes of the last frame together.")
         for name in sorted((name for name in PASSES if frame.get(name, 0.0) >= 0.05), key=lambda n: -frame[n]):
             at = imgui.get_cursor_screen_pos()
-            imgui.get_window_draw_list().add_rect_filled((at.x, at.y + 4.0), (at.x + 10.0, at.y + 14.0), packed(PASSES[name]), 2.0)
+            imgui.get_window_draw_list().add_rect_filled(
+                (at.x, at.y + 4.0), (at.x + 10.0, at.y + 14.0), packed(PASSES[name]), 2.0
+            )
             imgui.set_cursor_pos_x(imgui.get_cursor_pos_x() + 18.0)
             figure(name, f"{frame[name]:.1f} ms")
 
@@ -200,6 +199,3 @@ def figure(name: str, value: str, help_text: str = "") -> None:
 
 def _detail(detail: float) -> str:
     return {1.0: "all", 0.5: "half", 0.25: "a quarter", 0.125: "an eighth"}[detail]
-
-
-__all__ = ["BaseModel", "FramePage", "ScenePage"]

@@ -3,6 +3,7 @@
 import math
 
 from imgui_bundle import imgui
+from pydantic import BaseModel
 
 from greensward.scene import Gusts
 from greensward.techniques import TECHNIQUES
@@ -40,7 +41,7 @@ def page(session: Session) -> None:
 
 def one(session: Session, path: Path) -> None:
     """One key of the scene, wherever it stands."""
-    holder = value_at(session.scene, path[:-1])
+    holder: BaseModel = value_at(session.scene, path[:-1])
     spec = next(spec for spec in fields_of(type(holder)) if spec.name == path[-1])
     row(session, path, spec, getattr(holder, spec.name))
 
@@ -134,7 +135,9 @@ def _view(session: Session) -> None:
         imgui.pop_style_color(2)
         tip(helps[mode])
     labelled("pace", "Factor on the speed. The wheel of the mouse changes it too.")
-    changed, pace = imgui.slider_float("##pace", walker.pace, 0.1, 10.0, "%.1f ×", imgui.SliderFlags_.logarithmic.value)
+    changed, pace = imgui.slider_float(
+        "##pace", walker.pace, 0.1, 10.0, "%.1f ×", imgui.SliderFlags_.logarithmic.value
+    )
     if changed:
         walker.pace = min(max(pace, 0.02), 100.0)
     one(session, ("camera", "fov_y_deg"))

@@ -1,15 +1,17 @@
 """One function for each kind of key; each shows a value and hands on another. Derived from `FieldSpec` alone."""
 
+import contextlib
 import math
 import tomllib
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from imgui_bundle import imgui
+from pydantic import BaseModel
 
-from greensward.scene import SceneError
 from greensward.scene.base import kind_of
 from greensward.viewer.face.style import ACCENT, FAINT, MUTED, SMALL_PX, Icon, colour
-from greensward.viewer.fields import FieldSpec, Path, can_be_made, fields_of, label_of, reach, value_at
+from greensward.viewer.fields import FieldSpec, Path, can_be_made, fields_of, fresh, reach, value_at
 from greensward.viewer.session import Session
 
 LABEL_PART = 0.40
@@ -55,7 +57,9 @@ def note(text: str) -> None:
 
 def tip(text: str) -> None:
     """What the last item says when the mouse rests on it."""
-    if text and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip.value | imgui.HoveredFlags_.allow_when_disabled.value):
+    if text and imgui.is_item_hovered(
+        imgui.HoveredFlags_.for_tooltip.value | imgui.HoveredFlags_.allow_when_disabled.value
+    ):
         imgui.begin_tooltip()
         imgui.push_text_wrap_pos(22.0 * imgui.get_font_size())
         imgui.text_unformatted(text)
@@ -69,7 +73,9 @@ def labelled(label: str, help_text: str = "") -> None:
     edge = imgui.get_window_width() - imgui.get_style().window_padding.x
     column = max(edge - (1.0 - LABEL_PART) * (imgui.get_window_width() - 28.0), left + 60.0)
     imgui.align_text_to_frame_padding()
-    imgui.push_clip_rect(imgui.get_cursor_screen_pos(), imgui.get_cursor_screen_pos() + imgui.ImVec2(column - left - 6.0, 40.0), True)
+    imgui.push_clip_rect(
+        imgui.get_cursor_screen_pos(), imgui.get_cursor_screen_pos() + imgui.ImVec2(column - left - 6.0, 40.0), True
+    )
     imgui.text_colored(colour(MUTED), label)
     imgui.pop_clip_rect()
     tip(help_text)
@@ -115,7 +121,11 @@ def row(session: Session, path: Path, spec: FieldSpec, value: Any) -> None:
 def _help(spec: FieldSpec) -> str:
     usual = spec.default
     told = isinstance(usual, bool | int | float | str) and usual != ""
-    return spec.help + (f"\nUsually {str(usual).lower() if isinstance(usual, bool) else usual}{' ' + spec.unit if spec.unit else ''}." if told else "")
+    return spec.help + (
+        f"\nUsually {str(usual).lower() if isinstance(usual, bool) else usual}{' ' + spec.unit if spec.unit else ''}."
+        if told
+        else ""
+    )
 
 
 def _absent(session: Session, path: Path, spec: FieldSpec) -> None:
@@ -146,14 +156,14 @@ def _count(session: Session, path: Path, spec: FieldSpec, value: int) -> None:
 def _numbers(session: Session, path: Path, spec: FieldSpec, value: tuple[float, ...]) -> None:
     low, high = reach(spec, max(map(abs, value)))
     shown = number_format(0.0, high, spec.unit if spec.size < 3 else "")
-    speed = max((high - low) / 400.0, 1e-4) if spec.span else 0.02
-    hard = (spec.low, spec.high) if spec.span else (0.0, 0.0)
+    new: Sequence[float]
     if spec.span:
-        changed, first, last = imgui.drag_float_range2("##v", *value, speed, *hard, shown, shown)
+        speed, (first, last) = max((high - low) / 400.0, 1e-4), value
+        changed, first, last = imgui.drag_float_range2("##v", first, last, speed, spec.low or 0.0, high, shown, shown)
         new = (first, max(first, last))
     else:
         drag = imgui.drag_float2 if spec.size == 2 else imgui.drag_float3
-        changed, new = drag("##v", list(value), speed, 0.0, 0.0, shown)
+        changed, new = drag("##v", list(value), 0.02, 0.0, 0.0, shown)
     _commit(session, path, tuple(tidy(clamped(spec, part)) for part in new), changed)
 
 
@@ -175,7 +185,12 @@ def _colour(session: Session, path: Path, _: FieldSpec, value: str) -> None:
     parts = [int(value[i : i + 2], 16) / 255.0 for i in (1, 3, 5)]
     flags = imgui.ColorEditFlags_.display_hex.value | imgui.ColorEditFlags_.no_options.value
     changed, new = imgui.color_edit3("##v", parts, flags)
-    _commit(session, path, "#" + "".join(f"{round(255 * min(max(part, 0.0), 1.0)):02x}" for part in list(new)[:3]), changed)
+    _commit(
+        session,
+        path,
+        "#" + "".join(f"{round(255 * min(max(part, 0.0), 1.0)):02x}" for part in list(new)[:3]),
+        changed,
+    )
 
 
 def _text(session: Session, path: Path, spec: FieldSpec, value: str | None) -> None:
@@ -224,7 +239,7 @@ def _commit(session: Session, path: Path, value: Any, changed: bool) -> None:
         session.history.seal()
 
 
-_SHOWN = {
+_SHOWN: dict[str, Callable[[Session, Path, FieldSpec, Any], None]] = {
     "number": _number,
     "count": _count,
     "numbers": _numbers,
@@ -240,9 +255,9 @@ _SHOWN = {
 # Tables -----------------------------------------------------------------------------------------------------
 
 
-def rows(session: Session, path: Path, value: Any, model: Any = None) -> None:
+def rows(session: Session, path: Path, value: BaseModel) -> None:
     """Every key of a table, as they stand in its model."""
-    for spec in fields_of(model or type(value)):
+    for spec in fields_of(type(value)):
         held = getattr(value, spec.name, spec.default)
         row(session, (*path, spec.name), spec, held)
 
@@ -261,7 +276,7 @@ def table(session: Session, path: Path, spec: FieldSpec, value: Any) -> None:
         return
     if spec.optional:
         _removal(session, path)
-    _kind(session, path, spec, value)
+    kind(session, path, spec, value)
     rows(session, path, value)
     imgui.tree_pop()
 
@@ -275,7 +290,7 @@ def tables(session: Session, path: Path, spec: FieldSpec, value: tuple[Any, ...]
             if len(value) > spec.least:
                 _removal(session, (*path, i))
             if i < len(value_at(session.scene, path)):
-                _kind(session, (*path, i), spec, item)
+                kind(session, (*path, i), spec, item)
                 rows(session, (*path, i), item)
             imgui.tree_pop()
         imgui.pop_id()
@@ -312,7 +327,7 @@ def _addition(session: Session, path: Path, spec: FieldSpec) -> None:
         imgui.end_popup()
 
 
-def _kind(session: Session, path: Path, spec: FieldSpec, value: Any) -> None:
+def kind(session: Session, path: Path, spec: FieldSpec, value: Any) -> None:
     """Which kind a table is, where there are several; another kind keeps the keys that it shares."""
     if len(spec.models) < 2:
         return
@@ -326,15 +341,8 @@ def _kind(session: Session, path: Path, spec: FieldSpec, value: Any) -> None:
 
 def _become(session: Session, path: Path, value: Any, model: Any) -> None:
     at = session.walker.aim(8.0)
-    from greensward.viewer.fields import fresh
-
     new = fresh(model, (float(at[0]), 0.0, float(at[2])))
     shared = {name: held for name, held in dict(value).items() if name in model.model_fields and name != "kind"}
-    try:
+    with contextlib.suppress(ValueError):  # a key may have the same name and another range
         new = model.model_validate({**dict(new), **shared})
-    except ValueError:
-        pass  # a key that has the same name and another range
     session.change(path, new)
-
-
-__all__ = ["SceneError", "heading", "label_of", "labelled", "note", "row", "rows", "tables", "tip"]
