@@ -5,7 +5,7 @@ import pytest
 
 import greensward as gs
 from greensward.viewer.clock import FASTEST, STEP_S, Clock
-from greensward.viewer.controls import ACTIONS, Blur, Held, Pad, Press, action_for
+from greensward.viewer.controls import ACTIONS, Blur, Click, Held, Move, Pad, Press, action_for, one_by_one
 from greensward.viewer.history import History
 from greensward.viewer.pacing import SCALES, Pacing
 from greensward.viewer.sun import hour_of, sun_at
@@ -169,6 +169,21 @@ def test_control_keys_do_not_walk():
     keys.take(Press("left_ctrl"))
     keys.take(Press("s"))
     assert keys.intent((0.0, 0.0)).ahead == 0.0
+
+
+@pytest.mark.parametrize(
+    ("events", "taken"),
+    [
+        ([Move(1, 1), Move(2, 2)], 2),
+        ([Move(1, 1), Click("left", True), Click("left", False)], 1),
+        ([Click("left", True), Move(1, 1), Move(3, 1), Click("left", False)], 3),
+        ([Click("left", True), Click("right", True), Click("left", False)], 2),
+        ([Press("w"), Press("d"), Press("w", False)], 2),
+        ([], 0),
+    ],
+)
+def test_a_click_waits_for_what_lies_under_the_mouse(events, taken):
+    assert one_by_one(events) == taken
 
 
 def test_a_file_that_changes_is_told_of_once(tmp_path):

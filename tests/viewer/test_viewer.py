@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-pytest.importorskip("imgui_bundle", reason="the extra viewer is not installed")
+pytest.importorskip("imgui_bundle", reason="the extra viewer is not installed", exc_type=ImportError)
 
 from driving import Driver
 

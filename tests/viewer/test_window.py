@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-pytest.importorskip("imgui_bundle", reason="the extra viewer is not installed")
-pytest.importorskip("glfw", reason="the extra viewer is not installed")
+pytest.importorskip("imgui_bundle", reason="the extra viewer is not installed", exc_type=ImportError)
+pytest.importorskip("glfw", reason="the extra viewer is not installed", exc_type=ImportError)
 
 TESTS = Path(__file__).parents[1]
 needs_x = pytest.mark.skipif(not shutil.which("Xvfb"), reason="Xvfb is not installed: sudo apt install xvfb")

@@ -37,7 +37,13 @@ def view(
     changed = load_scene(scene, overrides, seed, technique, camera)
 
     from greensward.viewer.session import Session
-    from greensward.viewer.window import run
+
+    try:
+        from greensward.viewer.window import run
+    except ImportError as error:  # a system library that a wheel cannot bring
+        raise GreenswardError(
+            f"view: the window toolkit cannot be loaded ({error}); on Debian or Ubuntu: sudo apt install libgl1"
+        ) from None
 
     session = Session(scene)
     if overrides or seed is not None or technique or camera:

@@ -1,5 +1,6 @@
 """Keys, mouse and pad as events of our own, and what they ask for. Knows no window toolkit."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -76,6 +77,29 @@ class Drop:
 
 
 Event: TypeAlias = Move | Click | Wheel | Press | Text | Pad | Close | Blur | Drop
+
+
+def one_by_one(events: Sequence[Event]) -> int:
+    """How many of these events one frame may take.
+
+    What lies under the mouse is known a frame after it moved there, and a button or key that goes down and up in
+    one frame would not be seen: such events wait for the next.
+    """
+    moved = False
+    seen: set[str] = set()
+    for count, event in enumerate(events):
+        match event:
+            case Move():
+                moved = True
+            case Click(button):
+                if moved or button in seen:
+                    return count
+                seen.add(button)
+            case Press(key):
+                if key in seen:
+                    return count
+                seen.add(key)
+    return len(events)
 
 
 @dataclass(frozen=True)

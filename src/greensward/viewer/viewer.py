@@ -69,6 +69,7 @@ class Viewer:
         self._mouse: Spot = (0.0, 0.0)
         self._turn_px: Spot = (0.0, 0.0)
         self._painting = False
+        self._waiting: list[controls.Event] = []
         self._told: list[tuple[float, str, bool]] = []
         self._shaders = Watch(shader_files())
         self._files = Watch()
@@ -91,8 +92,11 @@ class Viewer:
     ) -> None:
         """Take events, go on by some seconds of the wall, and draw the window's content, of this size in pixels."""
         self._size = size
-        for event in events:
+        self._waiting += events
+        now = controls.one_by_one(self._waiting)
+        for event in self._waiting[:now]:
             self._take(event)
+        del self._waiting[:now]
         self._watch()
         session = self.session
         session.clock.advance(seconds)
@@ -111,7 +115,13 @@ class Viewer:
         if self.panes[0].software:
             self._contexts.ctx.finish()
         self._face_ms += 0.2 * (1e3 * (time.perf_counter() - began) - self._face_ms)
-        self.resting = not drawn and not events and not any(pane.busy for pane in self.panes) and not self.working
+        self.resting = (
+            not drawn
+            and not events
+            and not self._waiting
+            and not any(pane.busy for pane in self.panes)
+            and not self.working
+        )
 
     def areas(self, size: Size) -> list[tuple[int, int, int, int]]:
         """Where pictures lie in the window: x, y, width and height in pixels."""
