@@ -375,7 +375,7 @@ def test_typing_into_the_panel_is_not_a_command(drive):
     for character in "wof":
         d.frames(2, c.Press(character), c.Text(character))
         d.frames(1, c.Press(character, False))
-    assert d.viewer.face.scene_page._search == "wof"
+    assert d.viewer.face.scene_page.search == "wof"
     assert (d.session.walker.mode, d.session.walker.position_ws[2]) == (mode, z)
 
 
@@ -404,7 +404,7 @@ def test_every_page_and_table_can_be_shown(drive):
     d.frames(4)
     d.viewer.face.unfolded = False
     for word in ("m", "deg", "wind", "colour", "file", "path", "zzz"):
-        d.viewer.face.scene_page._search = word
+        d.viewer.face.scene_page.search = word
         d.frames(2)
     d.viewer.face.go_to("Frame")
     d.frames(10)

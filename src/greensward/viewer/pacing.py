@@ -2,7 +2,7 @@
 
 SCALES = (0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0)
 """Parts of the window's width and height that the picture may have; a change of size costs a frame or two."""
-DETAILS = (1.0, 0.5, 0.25, 0.125)
+DETAILS = (1.0, 0.5, 0.25, 0.125, 0.0625)
 """Parts of the scene's blades that may be drawn, most first."""
 _PATIENCE_S = 0.6
 _FEWEST = 4

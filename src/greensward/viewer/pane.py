@@ -14,7 +14,7 @@ from greensward.scene import Camera, GreenswardError, Scene, SceneError
 from greensward.viewer.contexts import Contexts, Slot
 
 Size = tuple[int, int]
-_STRAY_M = 1.5  # sowing takes a CPU as long as a frame: not in every step of someone who walks
+_STRAY_M = 2.5  # sowing takes a CPU as long as a frame: not in every step of someone who walks
 
 
 @dataclass

@@ -5,6 +5,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -37,6 +38,8 @@ Floats = npt.NDArray[np.float64]
 Size = tuple[int, int]
 Spot = tuple[float, float]
 _CPU_FPS, _GPU_FPS = 12.0, 60.0
+_CPU_DETAIL = 0.125
+_LONGEST_STEP_S = 1.0 / 30.0
 _TOLD_S = 5.0
 _NEAR_PX = 14.0
 
@@ -50,7 +53,7 @@ class Viewer:
         self.panes = [Pane(contexts)]
         self.face = Face()
         self.pacing = Pacing(_CPU_FPS if self.panes[0].software else _GPU_FPS)
-        self.detail = DETAILS[-1] if self.panes[0].software else DETAILS[0]
+        self.detail = _CPU_DETAIL if self.panes[0].software else DETAILS[0]
         self.held = controls.Held()
         self.done = False
         """Whether the window may go."""
@@ -180,7 +183,7 @@ class Viewer:
         sowing, shadows = scene.sowing, scene.shadows
         halvings = round(-math.log2(self.detail))
         heads = self.detail ** (1.0 / 3.0)
-        less = {
+        less: dict[str, Any] = {
             "grass": tuple(
                 grass.model_copy(update={"head_share": grass.head_share * heads}) for grass in scene.grass
             ),
@@ -193,6 +196,13 @@ class Viewer:
                 }
             ),
         }
+        if simulation := scene.simulation:
+            less["simulation"] = simulation.model_copy(
+                update={
+                    "within_m": simulation.within_m * math.sqrt(self.detail),
+                    "step_s": max(simulation.step_s, _LONGEST_STEP_S),
+                }
+            )
         drafted = scene.model_copy(update=less).in_folder(scene.resolve("."))
         self._shown_detail = (scene, self.detail, drafted)
         return drafted

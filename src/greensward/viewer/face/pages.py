@@ -7,9 +7,9 @@ from imgui_bundle import imgui
 
 from greensward.scene import Scene
 from greensward.techniques import SETTINGS
-from greensward.viewer.face.style import FAINT, INK, MUTED, PASSES, RAISED, SMALL_PX, colour, packed
+from greensward.viewer.face.style import INK, MUTED, PASSES, RAISED, colour, packed
 from greensward.viewer.face.widgets import folds, heading, kind, labelled, note, row, rows, tables, tip
-from greensward.viewer.fields import fields_of, label_of, value_at, walk
+from greensward.viewer.fields import Path, fields_of, label_of, value_at, walk
 from greensward.viewer.pacing import DETAILS, SCALES
 
 if TYPE_CHECKING:
@@ -23,15 +23,15 @@ class ScenePage:
     """Every key, in the order of the scene's model, or those that a word finds."""
 
     def __init__(self) -> None:
-        self._search = ""
+        self.search = ""
 
     def show(self, viewer: "Viewer") -> None:
         """Draw it."""
         session = viewer.session
         imgui.set_next_item_width(-1.0)
-        changed, text = imgui.input_text_with_hint("##find", "Find a key", self._search)
-        self._search = text[:80] if changed else self._search
-        words = self._search.lower().split()
+        changed, text = imgui.input_text_with_hint("##find", "Find a key", self.search)
+        self.search = text[:80] if changed else self.search
+        words = self.search.lower().split()
         if words:
             self._found(viewer, words)
             return
@@ -61,6 +61,7 @@ class ScenePage:
 
     def _found(self, viewer: "Viewer", words: list[str]) -> None:
         session, shown = viewer.session, 0
+        under: Path | None = None
         for path, spec in walk(session.scene):
             text = f"{' '.join(map(str, path))} {spec.help}".lower()
             if spec.kind in ("table", "tables") or not all(word in text for word in words):
@@ -69,10 +70,10 @@ class ScenePage:
                 note("And more: a longer word finds fewer.")
                 return
             shown += 1
-            imgui.push_font(None, SMALL_PX)
-            where = " › ".join(str(part + 1) if isinstance(part, int) else label_of(part) for part in path[:-1])
-            imgui.text_colored(colour(FAINT), where or "scene")
-            imgui.pop_font()
+            if path[:-1] != under:
+                under = path[:-1]
+                words_of = (str(part + 1) if isinstance(part, int) else label_of(part) for part in under)
+                heading(" › ".join(words_of) or "scene")
             row(session, path, spec, value_at(session.scene, path))
         if not shown:
             note("No key has these words.")
@@ -198,4 +199,4 @@ def figure(name: str, value: str, help_text: str = "") -> None:
 
 
 def _detail(detail: float) -> str:
-    return {1.0: "all", 0.5: "half", 0.25: "a quarter", 0.125: "an eighth"}[detail]
+    return {1.0: "all", 0.5: "half", 0.25: "a quarter", 0.125: "an eighth", 0.0625: "a sixteenth"}[detail]
