@@ -1,6 +1,7 @@
 """A scene in a notebook, without a browser: what the widget draws, and what mouse, keys and the page do to it."""
 
 import builtins
+import threading
 import time
 
 import numpy as np
@@ -161,7 +162,7 @@ def test_slow_frames_have_fewer_pixels_until_the_picture_rests(show, monkeypatch
     monkeypatch.setattr(widget, "_SLOW_S", 0.0)
     widths = [view.get_frame().shape[1] for _ in range(7)]
     assert widths == sorted(widths, reverse=True)
-    assert widths[-1] == 24
+    assert widths[-1] == 48
     view.playing = False
     assert settled(view).shape[1] == 96
 
@@ -198,8 +199,31 @@ def test_a_closed_view_has_let_go_of_the_gpu(show):
     renderer = view._renderer
     view.close()
     view.close()
+    show(small_scene())  # one after the other
     assert renderer._released
     assert view.get_frame() is None
+    view.technique = "bezier-blades"
+    assert view.get_frame() is None
+
+
+def test_it_draws_whichever_thread_asks(show):
+    view = show(small_scene())
+    first = view.get_frame()
+    drawn = []
+
+    def elsewhere():
+        view.handle_event({"type": "resize", "width": 40.0, "height": 30.0, "ratio": 1.0})
+        drawn.append(settled(view))
+
+    threads = [threading.Thread(target=elsewhere) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    here = settled(view)
+    for thread in threads:
+        thread.join()
+    assert first.shape == (54, 96, 3)
+    assert [frame.shape for frame in drawn] == [(30, 40, 3)] * 2
+    assert here is not None
 
 
 def test_a_message_of_the_page_arrives(show):

@@ -2,7 +2,10 @@
 
 import math
 import time
-from typing import TYPE_CHECKING, Any
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -20,14 +23,31 @@ _WAYS = {
     "d": (0, 1, 0), "arrowright": (0, 1, 0), "a": (0, -1, 0), "arrowleft": (0, -1, 0),
     "e": (0, 0, 1), "q": (0, 0, -1),
 }  # fmt: skip
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 _LEFT = 1
 _ZOOM_PER_PX = 0.001
 _SETTLED = 16
 """Frames after which a picture that rests is clean."""
 _SLOW_S, _QUICK_S = 0.12, 0.04
-_SCALES = (1.0, 0.7, 0.5, 0.35, 0.25)
+_SCALES = (1.0, 0.7, 0.5)
 _LARGEST_PX = 4096
 _LONGEST_STEP_S = 0.25  # the grass waits for frames that take longer, and pictures blend
+
+# kernels call from one thread now and from another then, and a context can be current in one only
+_drawing = ThreadPoolExecutor(1, "greensward-views")
+_no_longer_seen: deque["Renderer"] = deque()
+
+
+def _there(job: Callable[_P, _R], *args: _P.args, **kwargs: _P.kwargs) -> _R:
+    """What a job gives that is done in the thread that draws, one after the other."""
+    _drawing.submit(_release)
+    return _drawing.submit(job, *args, **kwargs).result()
+
+
+def _release() -> None:
+    while _no_longer_seen:
+        _no_longer_seen.popleft().release()
 
 
 class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
@@ -47,20 +67,20 @@ class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
         self._pointer: tuple[float, float] | None = None
         self._drawn_at: float | None = None
         self._playing = playing
-        self.time_s = time_s
-        """The instant that is shown."""
+        self._time_s = time_s
+        self._rested = 0
         try:
             self._heights = HeightField.of(scene)
-            self._open()
+            self._renderer = _there(self._made)
             self.eye = Eye(scene.camera, self._heights)
         except BaseException:
             self.close()
             raise
 
-    def _open(self) -> None:
+    def _made(self) -> "Renderer":
         from greensward.renderer import Renderer
 
-        self._renderer = Renderer(self._scene, size=self._pixels(), temporal=True, device=self._device)
+        return Renderer(self._scene, size=self._pixels(self._playing), temporal=True, device=self._device)
 
     @property
     def technique(self) -> str:
@@ -69,16 +89,30 @@ class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
 
     @technique.setter
     def technique(self, name: str) -> None:
-        before = self._scene
+        _there(self._switch, name)
+        self.request_draw()
+
+    def _switch(self, name: str) -> None:
+        before, kept = self._scene, self._renderer
+        if kept is None:  # closed
+            return
         self._scene = before.model_copy(update={"technique": TechniqueChoice(name=name)})
-        kept = self._renderer
         try:
-            self._open()
+            self._renderer = self._made()
         except GreenswardError:
-            self._scene, self._renderer = before, kept
+            self._scene = before
             raise
-        if kept:
-            kept.release()
+        self._rested = 0
+        kept.release()
+
+    @property
+    def time_s(self) -> float:
+        """The instant that is shown."""
+        return self._time_s
+
+    @time_s.setter
+    def time_s(self, time_s: float) -> None:
+        self._time_s, self._rested = time_s, 0
         self.request_draw()
 
     @property
@@ -88,30 +122,39 @@ class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
 
     @playing.setter
     def playing(self, plays: bool) -> None:
-        self._playing = plays
+        self._playing, self._rested = plays, 0
         self.request_draw()
 
     def get_frame(self) -> npt.NDArray[np.uint8] | None:
         """Draw the next frame: sRGB, (height, width, 3)."""
         if self._renderer is None:
             return None
-        began = time.perf_counter()
-        self._go_on(0.0 if self._drawn_at is None else min(began - self._drawn_at, _LONGEST_STEP_S))
-        self._drawn_at = began
-        self._renderer.resize(self._pixels())
         try:
-            frame = self._renderer.render(self.time_s, camera=self.eye.camera())
+            image, goes_on = _there(self._draw)
         except GreenswardError as error:
             self._playing = False
             self.print(error)
             return None
-        moves = self._playing or any(key in _WAYS for key in self._held)
-        self._suit(time.perf_counter() - began, moves or self._pointer is not None)
-        if moves or self._renderer.blended < _SETTLED:
+        if goes_on:
             self.request_draw()
-        else:
-            self._drawn_at = None
-        return frame.image
+        return image
+
+    def _draw(self) -> tuple[npt.NDArray[np.uint8] | None, bool]:
+        """The picture, and whether the next one will be another."""
+        renderer = self._renderer
+        if renderer is None:  # closed meanwhile
+            return None, False
+        began = time.perf_counter()
+        self._go_on(0.0 if self._drawn_at is None else min(began - self._drawn_at, _LONGEST_STEP_S))
+        moves = self._playing or self._pointer is not None or any(key in _WAYS for key in self._held)
+        renderer.resize(self._pixels(moves))
+        image = renderer.render(self._time_s, camera=self.eye.camera()).image
+        if moves:
+            self._suit(time.perf_counter() - began)
+        self._rested = 0 if moves else self._rested + 1
+        goes_on = moves or self._rested < _SETTLED
+        self._drawn_at = began if goes_on else None
+        return image, goes_on
 
     def _drag(self, event: dict[str, Any]) -> None:
         assert self._pointer
@@ -122,34 +165,48 @@ class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
         else:
             self.eye.circle(right, down)
 
-    def _release(self) -> None:
+    def _leave(self) -> None:
+        """Hand the renderer over to be released; waits for nothing, as memory may be collected at any time."""
         if self._renderer:
-            self._renderer.release()
+            _no_longer_seen.append(self._renderer)
             self._renderer = None
+
+    def __del__(self) -> None:
+        self._leave()
+        super().__del__()
 
     def _go_on(self, seconds: float) -> None:
         if self._playing:
-            self.time_s += seconds
+            self._time_s += seconds
         ways = [_WAYS[key] for key in self._held if key in _WAYS]
         if ways:
             ahead, right, up = (sum(part) for part in zip(*ways, strict=True))
             self.eye.go(ahead, right, up, seconds, fast="shift" in self._held)
 
-    def _suit(self, lasted_s: float, moves: bool) -> None:
-        """Fewer pixels where frames take long; all of them once the picture rests."""
-        if not moves:
-            self._scale = 0
-        elif lasted_s > _SLOW_S:
+    def _suit(self, lasted_s: float) -> None:
+        """Fewer pixels where frames take long."""
+        if lasted_s > _SLOW_S:
             self._scale = min(self._scale + 1, len(_SCALES) - 1)
         elif lasted_s < _QUICK_S:
             self._scale = max(self._scale - 1, 0)
 
-    def _pixels(self) -> tuple[int, int]:
-        width, height = (min(max(round(side * _SCALES[self._scale]), 1), _LARGEST_PX) for side in self._size)
+    def _pixels(self, moves: bool) -> tuple[int, int]:
+        scale = _SCALES[self._scale] if moves else 1.0
+        width, height = (min(max(round(side * scale), 1), _LARGEST_PX) for side in self._size)
         return width, height
 
     def handle_event(self, event: dict[str, Any]) -> None:
         """What the browser tells of mouse, keys and size."""
+        if event["type"] == "close":
+            if self._renderer:
+                self._leave()
+                _drawing.submit(_release)
+        elif self._renderer is not None and _there(self._told, event):
+            self.request_draw()
+
+    def _told(self, event: dict[str, Any]) -> bool:
+        """Take up an event; whether it is one that changes anything."""
+        self._rested = 0
         match event["type"]:
             case "resize" if event["width"] > 0 and event["height"] > 0:
                 ratio = event.get("ratio", 1.0)
@@ -170,8 +227,6 @@ class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
                 self._held.discard(event["key"].lower())
             case "pointer_leave":
                 self._held.clear()  # a key that is let go elsewhere is not heard of
-            case "close":
-                self._release()
             case _:
-                return
-        self.request_draw()
+                return False
+        return True
