@@ -321,7 +321,7 @@ def test_a_picture_of_any_size_is_drawn_beside(drive):
     d.viewer.face.dialogs.cancel()
     assert not d.viewer.draw_picture(Path("a.doc"), (96, 64), 2)
     assert d.viewer.draw_picture(Path("a.png"), (96, 64), 2)
-    while d.viewer.working:
+    while d.viewer.recorder.working:
         d.frames(1)
     assert Image.open("a.png").size == (96, 64)
     assert "Saved a.png" in d.told()
@@ -333,8 +333,7 @@ def test_leaving_stops_what_is_still_drawn(drive):
     d.frames(1, c.Close())
     assert not d.viewer.done
     assert "still being drawn" in d.viewer.would_be_lost[0]
-    for job in d.viewer._pictures:
-        job.stop()
+    d.viewer.recorder.stop()
     assert not Path("large.png").exists()
     assert list(Path().glob(".*.part")) == []
 

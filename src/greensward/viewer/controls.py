@@ -11,7 +11,7 @@ Button = Literal["left", "right", "middle"]
 
 @dataclass(frozen=True)
 class Move:
-    """The mouse is here, in pixels from the window's upper left corner."""
+    """The mouse is here, in points from the window's upper left corner."""
 
     x: float
     y: float

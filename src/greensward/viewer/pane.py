@@ -74,7 +74,7 @@ class Pane:
         self._next: _Made | None = None
         self._wanted: Scene | None = None
         self._refused: Scene | None = None
-        self._anew = False
+        self._anew = self._waits = False
         self.problems: tuple[str, ...] = ()
         """Why the scene that was asked for is not the one that is shown."""
         self.took_ms = 0.0
@@ -96,8 +96,8 @@ class Pane:
 
     @property
     def busy(self) -> bool:
-        """Whether a renderer is being built."""
-        return self._next is not None
+        """Whether a renderer is being built, or about to be."""
+        return self._next is not None or self._waits
 
     @property
     def renderer(self) -> Renderer | None:
@@ -117,9 +117,13 @@ class Pane:
 
     def show(self, scene: Scene, camera: Camera, time_s: float, size: Size) -> None:
         """Show a scene as soon as it can be drawn; call every frame."""
+        # what is being dragged is built when the hand rests
+        rests = self._good is None or scene is self._wanted
         self._wanted = scene
         self._take_over()
-        if self._next is None and self._needs_building(scene):
+        needed = self._next is None and self._needs_building(scene)
+        self._waits = needed and not rests
+        if needed and rests:
             self._begin(scene, camera, time_s, size)
 
     def _needs_building(self, scene: Scene) -> bool:
@@ -145,7 +149,12 @@ class Pane:
 
     def _begin(self, scene: Scene, camera: Camera, time_s: float, size: Size) -> None:
         self._anew = False
-        job = self._next = _Made(scene, self._contexts.take(), size)
+        try:
+            slot = self._contexts.take()
+        except GreenswardError as error:
+            self._refuse(scene, _told(error))
+            return
+        job = self._next = _Made(scene, slot, size)
         self.building_since = time.perf_counter()
         if job.slot.apart:
             job.thread = threading.Thread(target=self._build, args=(job, camera, time_s), daemon=True)

@@ -13,9 +13,6 @@ import numpy.typing as npt
 
 from greensward.gpu.program import forget_sources
 from greensward.gpu.view import View
-from greensward.io.camera_path import CameraPath
-from greensward.io.rasters import check_writable
-from greensward.io.video import check_video, find_ffmpeg
 from greensward.renderer import Counts
 from greensward.scene import Camera, GreenswardError, Scene, SceneError
 from greensward.scene.load import named_files
@@ -26,9 +23,9 @@ from greensward.viewer.face import Face
 from greensward.viewer.fields import Path as Keys
 from greensward.viewer.fields import value_at
 from greensward.viewer.handles import Handle, handles_of
-from greensward.viewer.jobs import VIDEO_FPS, PathRecorder, PictureJob, VideoJob
 from greensward.viewer.pacing import DETAILS, Pacing
 from greensward.viewer.pane import Pane
+from greensward.viewer.recorder import Recorder
 from greensward.viewer.session import Session
 from greensward.viewer.walker import ground_hit
 from greensward.viewer.watching import Watch, shader_files
@@ -77,24 +74,29 @@ class Viewer:
         self._shaders = Watch(shader_files())
         self._files = Watch()
         self._watched: Scene | None = None
-        self._pictures: list[PictureJob] = []
-        self._video: VideoJob | None = None
-        self._way: PathRecorder | None = None
-        self._track: CameraPath | None = None
-        self._playing_s: float | None = None
+        self.recorder = Recorder(session)
         self._frames = 0
         self._face_ms = 0.0
         self._size: Size = (1, 1)
+        self._zoom = 1.0
         self._camera: Camera = session.camera()
         self._shown_detail: tuple[Scene, float, Scene] | None = None
 
     # A frame ------------------------------------------------------------------------------------------------
 
     def frame(
-        self, seconds: float, events: Sequence[controls.Event], size: Size, target: moderngl.Framebuffer
+        self,
+        seconds: float,
+        events: Sequence[controls.Event],
+        size: Size,
+        target: moderngl.Framebuffer,
+        zoom: float = 1.0,
     ) -> None:
-        """Take events, go on by some seconds of the wall, and draw the window's content, of this size in pixels."""
-        self._size = size
+        """Take events, go on by some seconds of the wall, and draw the window's content.
+
+        Its size and places in it are in points; the framebuffer has `zoom` times as many pixels.
+        """
+        self._size, self._zoom = size, zoom
         self._waiting += events
         now = controls.one_by_one(self._waiting)
         for event in self._waiting[:now]:
@@ -105,16 +107,15 @@ class Viewer:
         session.clock.advance(seconds)
         session.walker.move(self.held.intent(self._turn_px), min(seconds, 0.25))
         self._turn_px = (0.0, 0.0)
-        self._play(seconds)
+        self.recorder.play(seconds)
         self._camera = session.camera()
         self._view = camera_view_or_none(self._camera, session, self._picture_size())
         self._reach_out()
         drawn = self._draw_pictures()
-        self._record(seconds)
-        self._finish_jobs()
+        self.recorder.take(self._camera, self.panes[-1], seconds)
         self._gather(seconds)
         began = time.perf_counter()
-        self.face.draw(self, seconds, size, target)
+        self.face.draw(self, seconds, size, target, zoom)
         if self.panes[0].software:
             self._contexts.ctx.finish()
         self._face_ms += 0.2 * (1e3 * (time.perf_counter() - began) - self._face_ms)
@@ -123,11 +124,11 @@ class Viewer:
             and not events
             and not self._waiting
             and not any(pane.busy for pane in self.panes)
-            and not self.working
+            and not self.recorder.working
         )
 
     def areas(self, size: Size) -> list[tuple[int, int, int, int]]:
-        """Where pictures lie in the window: x, y, width and height in pixels."""
+        """Where pictures lie in the window: x, y, width and height in points."""
         width = max(size[0] - self.face.panel_px(size[0]), 1)
         if len(self.panes) == 1:
             return [(0, 0, width, max(size[1], 1))]
@@ -139,7 +140,7 @@ class Viewer:
         return width, height
 
     def _draw_pictures(self) -> bool:
-        session, scale = self.session, self.pacing.scale
+        session, scale = self.session, self.pacing.scale * self._zoom
         wanted = [session.scene] if session.compared is None else [session.compared, session.scene]
         while len(self.panes) < len(wanted):
             # the left half is new: what is shown goes on, at the right
@@ -159,7 +160,7 @@ class Viewer:
                 self.face.frame_page.took(self.panes[-1].pass_ms)
                 if self._frames % 8 == 1:
                     self.counts = self.panes[-1].counts
-            if not any(pane.busy for pane in self.panes) and self._video is None:
+            if not any(pane.busy for pane in self.panes) and not self.recorder.films:
                 self.pacing.frame(took_ms + self._face_ms)
                 self._draw_less()
         return drawn
@@ -424,12 +425,6 @@ class Viewer:
 
     # Files --------------------------------------------------------------------------------------------------
 
-    @property
-    def folder(self) -> Path:
-        """Where files go."""
-        file = self.session.origin.file
-        return file.parent if file else Path()
-
     def open(self, source: str) -> None:
         """Open a preset or a file."""
         if self.session.open(source):
@@ -460,114 +455,28 @@ class Viewer:
 
     def picture(self) -> None:
         """Ask for a picture's size."""
-        self.face.dialogs.ask("picture", str(saving.free_name(self.folder, self.session.origin.name, ".png")))
+        path = saving.free_name(self.recorder.folder, self.session.origin.name, ".png")
+        self.face.dialogs.ask("picture", str(path))
 
     def draw_picture(self, path: Path, size: Size, samples: int) -> bool:
         """Begin a picture of what is seen now; returns whether it can be written."""
-        try:
-            check_writable(path)
-        except GreenswardError as error:
-            self.session.tell(str(error), bad=True)
-            return False
-        session = self.session
-        self._pictures.append(PictureJob(session.scene, self._camera, session.clock.time_s, path, size, samples))
-        return True
+        return self.recorder.draw(self._camera, path, size, samples)
 
     def record_path(self) -> None:
         """Record the way from now on, or stop and write it."""
-        if self._way is None:
-            self._way = PathRecorder()
-            return
-        stations, self._way = self._way.stations, None
-        if len(stations) < 2:
-            return
-        path = saving.free_name(self.folder, f"{self.session.origin.name}-path", ".toml")
-        try:
-            self._track = CameraPath.recorded(stations)
-            self._track.write(path)
-        except GreenswardError as error:
-            self.session.tell(str(error), bad=True)
-        else:
-            self.session.tell(f"Saved {path}; F7 plays it, and so does `greensward animate --camera`")
+        self.recorder.toggle_way()
 
     def play_path(self) -> None:
         """Go the recorded way again, or stop."""
-        if self._track is None:
-            self.session.tell("Record a way first. F5")
-            return
-        self._playing_s = None if self._playing_s is not None else 0.0
-
-    def _play(self, seconds: float) -> None:
-        if self._track is None or self._playing_s is None:
-            return
-        self._playing_s += min(seconds, 0.25)
-        self.session.walker.look_from(self._track.at(self._playing_s, self.session.scene.camera))
-        if self._playing_s > self._track.end_s:
-            self._playing_s = None
+        self.recorder.toggle_playing()
 
     def record_video(self) -> None:
         """Record what is seen from now on, or stop."""
-        if self._video is not None:
-            self._video.finish()
-            self.session.tell(f"Saved {self._video.path}, {self._video.seconds:.1f} s")
-            self._video = None
-            return
-        shown = self.panes[-1].picture
-        if shown is None:
-            return
-        path = saving.free_name(self.folder, self.session.origin.name, ".mp4")
-        try:
-            find_ffmpeg()
-            size = shown[1][0] // 2 * 2 or 2, shown[1][1] // 2 * 2 or 2
-            check_video(path, size, VIDEO_FPS, None)
-            self._video = VideoJob(path, size)
-        except GreenswardError as error:
-            self.session.tell(str(error), bad=True)
-
-    @property
-    def running(self) -> set[str]:
-        """Names of actions that are under way."""
-        return {
-            name
-            for name, on in (
-                ("record_path", self._way is not None),
-                ("record_video", self._video is not None),
-                ("split", self.session.compared is not None),
-            )
-            if on
-        }
-
-    @property
-    def working(self) -> list[str]:
-        """What goes on beside, in words."""
-        told = [f"{job.path.name}: {job.done} of {job.total} samples" for job in self._pictures]
-        if self._video is not None:
-            told.append(f"Recording a video, {self._video.seconds:.0f} s. F6 stops")
-        if self._way is not None:
-            told.append(f"Recording the way, {self._way.seconds:.0f} s. F5 stops")
-        return told
-
-    def _record(self, seconds: float) -> None:
-        if self._way is not None:
-            self._way.add(self._camera, seconds)
-        if self._video is not None:
-            try:
-                self._video.add(self.panes[-1].read, seconds)
-            except GreenswardError as error:
-                self.session.tell(str(error), bad=True)
-                self._video = None
-
-    def _finish_jobs(self) -> None:
-        for job in [job for job in self._pictures if not job.running]:
-            self._pictures.remove(job)
-            if job.problem:
-                self.session.tell(job.problem, bad=True)
-            else:
-                self.session.tell(f"Saved {job.path}")
+        self.recorder.toggle_video(self.panes[-1])
 
     def ask_leave(self) -> None:
         """Leave, after asking where something would be lost."""
-        if self.session.unsaved or self._pictures or self._way or self._video:
+        if self.would_be_lost:
             self.face.dialogs.ask("leave")
         else:
             self.done = True
@@ -576,9 +485,7 @@ class Viewer:
     def would_be_lost(self) -> list[str]:
         """What leaving now would lose, in words."""
         told = [f"{self.session.name} has changes that are not saved."] if self.session.unsaved else []
-        told += [f"{job.path.name} is still being drawn." for job in self._pictures]
-        told += ["The way that is being recorded is not saved."] if self._way else []
-        return told + (["The video that is being recorded ends here."] if self._video else [])
+        return told + self.recorder.would_be_lost
 
     # The disk -----------------------------------------------------------------------------------------------
 
@@ -636,10 +543,7 @@ class Viewer:
 
     def release(self) -> None:
         """Stop what goes on and free everything."""
-        for job in self._pictures:
-            job.stop()
-        if self._video is not None:
-            self._video.finish()
+        self.recorder.stop()
         for pane in self.panes:
             pane.release()
         self.face.release()

@@ -107,7 +107,7 @@ class Window:
                 put(controls.Press(name, action != glfw.RELEASE, action == glfw.REPEAT))
 
         def move(_: Any, x: float, y: float) -> None:
-            scale_x, scale_y = self._pixels_per_point()
+            scale_x, scale_y = self._points_per_unit()
             put(controls.Move(x * scale_x, y * scale_y))
 
         def drop(_: Any, paths: Any) -> None:
@@ -128,16 +128,21 @@ class Window:
         dropped: Any = drop
         glfw.set_drop_callback(window, dropped)
 
-    def _pixels_per_point(self) -> tuple[float, float]:
+    def _points_per_unit(self) -> tuple[float, float]:
+        """Systems count the mouse in pixels or in points of their own."""
         width, height = glfw.get_window_size(self._window)
-        pixels = glfw.get_framebuffer_size(self._window)
-        return pixels[0] / max(width, 1), pixels[1] / max(height, 1)
+        return self.size[0] / max(width, 1), self.size[1] / max(height, 1)
+
+    @property
+    def zoom(self) -> float:
+        """Pixels in a point, by which a screen of fine pixels is to be read."""
+        return max(float(glfw.get_window_content_scale(self._window)[0]), 0.5)
 
     @property
     def size(self) -> tuple[int, int]:
-        """Pixels of its content; 0 while it is minimised."""
+        """Points of its content; 0 while it is minimised."""
         width, height = glfw.get_framebuffer_size(self._window)
-        return width, height
+        return round(width / self.zoom), round(height / self.zoom)
 
     def take(self, wait_s: float = 0.0) -> list[controls.Event]:
         """Events since the last call; waits for one so long at most."""
@@ -199,7 +204,7 @@ def run(session: Session, size: tuple[int, int] = (1280, 800), first: Callable[[
             shown = min(window.size) > 0
             events = window.take(0.0 if shown and not viewer.resting else _RESTING_S if shown else _HIDDEN_S)
             now = time.perf_counter()
-            viewer.frame(now - last, events, window.size if shown else (1, 1), window.ctx.screen)
+            viewer.frame(now - last, events, window.size if shown else (1, 1), window.ctx.screen, window.zoom)
             last = now
             window.capture(viewer.captured)
             changed = "• " if session.unsaved else ""

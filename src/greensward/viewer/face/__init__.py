@@ -82,10 +82,13 @@ class Face:
                 io.add_focus_event(False)
                 io.add_focus_event(True)
 
-    def draw(self, viewer: "Viewer", seconds: float, size: tuple[int, int], target: moderngl.Framebuffer) -> None:
-        """Draw everything over a cleared framebuffer of this size."""
+    def draw(
+        self, viewer: "Viewer", seconds: float, size: tuple[int, int], target: moderngl.Framebuffer, zoom: float
+    ) -> None:
+        """Draw everything over a cleared framebuffer of this size in points, `zoom` times as many pixels."""
         io = imgui.get_io()
         io.display_size = imgui.ImVec2(*map(float, size))
+        io.display_framebuffer_scale = imgui.ImVec2(zoom, zoom)
         io.delta_time = max(seconds, 1e-4)
         widgets.unfold(self.unfolded)
         imgui.backends.opengl3_new_frame()
@@ -161,7 +164,7 @@ class Face:
             (Icon.help, "toggle_help", "All keys. ?", True),
         ):
             imgui.begin_disabled(not possible)
-            lit = name in viewer.running
+            lit = name in viewer.recorder.running or (name == "split" and viewer.session.compared is not None)
             imgui.push_style_color(imgui.Col_.text.value, colour(WARN if lit else style.INK))
             if imgui.button(f"{icon}##{name}", (30.0, 0.0)):
                 viewer.act(name)

@@ -82,12 +82,12 @@ class Dialogs:
         imgui.end_child()
         heading("Files here")
         imgui.begin_child("files", (0.0, 96.0))
-        found = _scenes_near(viewer.folder)
+        found = _scenes_near(viewer.recorder.folder)
         for path in found:
             if imgui.selectable(str(path), False)[0]:
                 self._chosen(viewer, str(path))
         if not found:
-            note(f"No scene lies in {viewer.folder}.")
+            note(f"No scene lies in {viewer.recorder.folder}.")
         imgui.end_child()
         imgui.set_next_item_width(-190.0)
         _, self._text = imgui.input_text_with_hint("##file", "or the path of a .toml file", self._text)

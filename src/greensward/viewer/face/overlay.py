@@ -188,7 +188,7 @@ def messages(viewer: "Viewer", size: tuple[int, int]) -> None:
         if pane.busy and pane.picture is not None:
             lines.append((f"{Icon.sow}  Sowing … {viewer.building_s(pane):.0f} s", False))
             break
-    lines += [(text, False) for text in viewer.working]
+    lines += [(text, False) for text in viewer.recorder.working]
     problems = dict.fromkeys(problem for pane in viewer.panes for problem in pane.problems)
     for problem in (*viewer.problems, *problems):
         lines.append((f"{Icon.warning}  {problem}", True))
