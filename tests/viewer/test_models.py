@@ -6,6 +6,7 @@ import pytest
 import greensward as gs
 from greensward.viewer.clock import FASTEST, STEP_S, Clock
 from greensward.viewer.controls import ACTIONS, Blur, Click, Held, Move, Pad, Press, action_for, one_by_one
+from greensward.viewer.draft import drafted
 from greensward.viewer.history import History
 from greensward.viewer.pacing import SCALES, Pacing
 from greensward.viewer.sun import hour_of, sun_at
@@ -123,6 +124,21 @@ def test_the_sun_rises_in_the_east_and_is_south_at_noon():
     assert sun_at(6.0)[0] < 100.0
     assert sun_at(12.0)[0] == pytest.approx(180.0, abs=0.1)
     assert sun_at(12.0)[1] > sun_at(9.0)[1] > sun_at(6.0)[1]
+
+
+def test_a_draft_has_fewer_blades_and_all_else():
+    scene = gs.load("yan2024-strong")
+    assert drafted(scene, 1.0) is scene
+    half, least = drafted(scene, 0.5), drafted(scene, 0.0625)
+    assert scene.sowing.full_density_m > half.sowing.full_density_m > least.sowing.full_density_m
+    assert least.shadows.cascades == 1
+    assert least.simulation.step_s == pytest.approx(1 / 30)
+    assert (least.wind, least.sun, least.sowing.density_per_m2) == (
+        scene.wind,
+        scene.sun,
+        scene.sowing.density_per_m2,
+    )
+    assert gs.Scene.model_validate(least.model_dump()) == least
 
 
 def test_every_action_is_a_method_and_every_chord_is_its_own():

@@ -77,7 +77,7 @@ def test_one_walks_and_looks_around(drive):
     yaw = d.session.walker.yaw
     d.drag((300, 300), (340, 310), (380, 320), button="right")
     assert d.session.walker.yaw != yaw
-    assert not d.viewer.captured
+    assert not d.viewer.hand.captured
     assert (d.scene_part != before).mean() > 0.5
     d.drag((300, 300), (200, 300))
     assert d.session.walker.yaw != yaw
@@ -153,8 +153,8 @@ def test_things_are_dragged_over_the_ground(drive):
     d = drive(SCENE + '[[object]]\nkind = "sphere"\nposition_m = [0, 0, 0]\nsize_m = [1, 1, 1]\n')
     d.viewer.choose_tool("move")
     d.frames(2, c.Move(400, 300))
-    (handle,) = d.viewer.handles
-    spot = d.viewer.on_screen(handle.at_ws)
+    (handle,) = d.viewer.hand.handles
+    spot = d.viewer.sight.spot(handle.at_ws)
     d.drag(spot, (spot[0] + 60, spot[1] + 40), (spot[0] + 90, spot[1] + 60))
     x, y, z = d.session.scene.object[0].position_m
     assert x > 0.3

@@ -118,7 +118,7 @@ class Pane:
     def show(self, scene: Scene, camera: Camera, time_s: float, size: Size) -> None:
         """Show a scene as soon as it can be drawn; call every frame."""
         # what is being dragged is built when the hand rests
-        rests = self._good is None or scene is self._wanted
+        rests = self._good is None or scene == self._wanted
         self._wanted = scene
         self._take_over()
         needed = self._next is None and self._needs_building(scene)

@@ -1,44 +1,31 @@
 """The viewer without its window: events in, a picture out. A window and a test drive it alike."""
 
-import math
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import moderngl
-import numpy as np
-import numpy.typing as npt
 
 from greensward.gpu.program import forget_sources
-from greensward.gpu.view import View
 from greensward.renderer import Counts
 from greensward.scene import Camera, GreenswardError, Scene, SceneError
 from greensward.scene.load import named_files
 from greensward.viewer import controls, saving
 from greensward.viewer.brushes import Tool
 from greensward.viewer.contexts import Contexts
+from greensward.viewer.draft import drafted
 from greensward.viewer.face import Face
-from greensward.viewer.fields import Path as Keys
-from greensward.viewer.fields import value_at
-from greensward.viewer.handles import Handle, handles_of
+from greensward.viewer.hand import Hand, Sight
 from greensward.viewer.pacing import DETAILS, Pacing
 from greensward.viewer.pane import Pane
 from greensward.viewer.recorder import Recorder
 from greensward.viewer.session import Session
-from greensward.viewer.walker import ground_hit
 from greensward.viewer.watching import Watch, shader_files
-from greensward.viewpoint import camera_view
 
-Floats = npt.NDArray[np.float64]
 Size = tuple[int, int]
-Spot = tuple[float, float]
 _CPU_FPS, _GPU_FPS = 12.0, 60.0
 _CPU_DETAIL = 0.125
-_LONGEST_STEP_S = 1.0 / 30.0
 _TOLD_S = 5.0
-_NEAR_PX = 14.0
 
 
 class Viewer:
@@ -54,21 +41,12 @@ class Viewer:
         self.held = controls.Held()
         self.done = False
         """Whether the window may go."""
-        self.captured = False
-        """Whether the mouse turns the head, and is not to be seen."""
+        self.hand = Hand(session)
         self.resting = False
         """Whether nothing changes on the screen."""
-        self.under_mouse: Floats | None = None
-        """The point of the ground below the mouse, (3,)."""
-        self.handles: list[Handle] = []
-        self.held_handle: Handle | None = None
-        self.near_handle: Keys | None = None
         self.counts = Counts()
         self.problems: tuple[str, ...] = ()
         """What is wrong with the file on the disk."""
-        self._mouse: Spot = (0.0, 0.0)
-        self._turn_px: Spot = (0.0, 0.0)
-        self._painting = False
         self._waiting: list[controls.Event] = []
         self._told: list[tuple[float, str, bool]] = []
         self._shaders = Watch(shader_files())
@@ -80,7 +58,9 @@ class Viewer:
         self._size: Size = (1, 1)
         self._zoom = 1.0
         self._camera: Camera = session.camera()
-        self._shown_detail: tuple[Scene, float, Scene] | None = None
+        self.sight = Sight(None, [(0, 0, 1, 1)])
+        """What is seen where."""
+        self._drafts: list[tuple[Scene, float, Scene]] = []
 
     # A frame ------------------------------------------------------------------------------------------------
 
@@ -105,12 +85,11 @@ class Viewer:
         self._watch()
         session = self.session
         session.clock.advance(seconds)
-        session.walker.move(self.held.intent(self._turn_px), min(seconds, 0.25))
-        self._turn_px = (0.0, 0.0)
+        session.walker.move(self.held.intent(self.hand.turned()), min(seconds, 0.25))
         self.recorder.play(seconds)
         self._camera = session.camera()
-        self._view = camera_view_or_none(self._camera, session, self._picture_size())
-        self._reach_out()
+        self.sight = Sight.of(self._camera, session, self.areas(size))
+        self.hand.reach(self.sight, free=not self.face.wants_mouse)
         drawn = self._draw_pictures()
         self.recorder.take(self._camera, self.panes[-1], seconds)
         self._gather(seconds)
@@ -134,10 +113,6 @@ class Viewer:
             return [(0, 0, width, max(size[1], 1))]
         half = max(width // 2, 1)
         return [(0, 0, half, max(size[1], 1)), (half, 0, max(width - half, 1), max(size[1], 1))]
-
-    def _picture_size(self) -> Size:
-        _, _, width, height = self.areas(self._size)[-1]
-        return width, height
 
     def _draw_pictures(self) -> bool:
         session, scale = self.session, self.pacing.scale * self._zoom
@@ -175,54 +150,26 @@ class Viewer:
         self.detail = detail
 
     def _drafted(self, scene: Scene) -> Scene:
-        """The scene as it is drawn here: with fewer blades where frames would take too long."""
-        if self.detail == 1.0:
-            return scene
-        known = self._shown_detail
-        if known and known[0] is scene and known[1] == self.detail:
-            return known[2]
-        sowing, shadows = scene.sowing, scene.shadows
-        halvings = round(-math.log2(self.detail))
-        heads = self.detail ** (1.0 / 3.0)
-        less: dict[str, Any] = {
-            "grass": tuple(
-                grass.model_copy(update={"head_share": grass.head_share * heads}) for grass in scene.grass
-            ),
-            "sowing": sowing.model_copy(update={"full_density_m": sowing.full_density_m * math.sqrt(self.detail)}),
-            "shadows": shadows.model_copy(
-                update={
-                    "density": shadows.density * self.detail,
-                    "cascades": max(min(shadows.cascades, 4 - halvings), 1),
-                    "size_px": min(shadows.size_px, 512),
-                }
-            ),
-        }
-        if simulation := scene.simulation:
-            less["simulation"] = simulation.model_copy(
-                update={
-                    "within_m": simulation.within_m * math.sqrt(self.detail),
-                    "step_s": max(simulation.step_s, _LONGEST_STEP_S),
-                }
-            )
-        drafted = scene.model_copy(update=less).in_folder(scene.resolve("."))
-        self._shown_detail = (scene, self.detail, drafted)
-        return drafted
+        """The scene as it is drawn here; the same object for the same scene."""
+        for whole, detail, less in self._drafts:
+            if whole is scene and detail == self.detail:
+                return less
+        self._drafts = [*self._drafts[-3:], (scene, self.detail, drafted(scene, self.detail))]
+        return self._drafts[-1][2]
 
     # Mouse and keys -----------------------------------------------------------------------------------------
 
     def _take(self, event: controls.Event) -> None:
         match event:
             case controls.Move(x, y):
-                dx, dy = x - self._mouse[0], y - self._mouse[1]
-                self._mouse = (x, y)
-                if self.captured:
-                    self._turn_px = (self._turn_px[0] + dx, self._turn_px[1] + dy)
+                self.hand.move(x, y)
+                if self.hand.captured:
                     return
             case controls.Click(button, down):
                 if self._click(button, down):
                     return
             case controls.Wheel(y) if not self.face.wants_mouse:
-                self._wheel(y)
+                self.hand.wheel(y, pace=self.held.ctrl)
                 return
             case controls.Press(key, down, again):
                 if down and not self.face.wants_keys and not again:
@@ -255,113 +202,15 @@ class Viewer:
     def _click(self, button: controls.Button, down: bool) -> bool:
         """Whether the click was the picture's own."""
         if not down:
-            was = self.captured or self._painting or self.held_handle is not None
-            if self._painting:
-                self.session.lift()
-            if self.held_handle is not None:
-                self._let_go()
-            self.captured = self._painting = False
-            return was
+            return self.hand.release()
         if self.face.wants_mouse or self.face.dialogs.open:
             return False
-        tool = self.session.tool
-        if button != "left" or tool == "look":
-            self.captured = True
-        elif tool == "move":
-            self._grab()
-        elif self.under_mouse is not None:
-            self._painting = True
-            self.session.touch((float(self.under_mouse[0]), float(self.under_mouse[2])))
+        self.hand.press(button)
         return True
-
-    def _wheel(self, y: float) -> None:
-        session = self.session
-        if session.tool in ("look", "move") or self.held.ctrl:
-            session.walker.pace = min(max(session.walker.pace * 1.15**y, 0.05), 50.0)
-        else:
-            radius = min(max(session.brush.radius_m * 1.15**y, 0.1), 50.0)
-            session.brush = replace(session.brush, radius_m=radius)
-
-    def _reach_out(self) -> None:
-        """Find what lies under the mouse, and let brush or handle follow."""
-        session = self.session
-        self.under_mouse, self.near_handle = None, None
-        self.handles = []
-        if session.tool == "look" or self._view is None:
-            return
-        area = self._area_at(self._mouse)
-        if not self.face.wants_mouse and not self.captured and area is not None:
-            self.under_mouse = ground_hit(session.heights, self._camera_ws(), self._ray(self._mouse, area))
-        spot = self.under_mouse
-        if session.tool == "move":
-            self.handles = handles_of(session.scene, session.heights, session.walker.position_ws)
-            if self.held_handle is not None:
-                if spot is not None:
-                    self._drag(self.held_handle.moved(spot, session.heights))
-                held = self.held_handle
-                self.handles = [held if each.path == held.path else each for each in self.handles]
-            elif not self.face.wants_mouse:
-                self.near_handle = self._nearest_handle()
-        elif self._painting and spot is not None:
-            session.touch((float(spot[0]), float(spot[2])))
-
-    def _nearest_handle(self) -> Keys | None:
-        spots = [(self.on_screen(handle.at_ws), handle.path) for handle in self.handles]
-        near = [(math.dist(spot, self._mouse), path) for spot, path in spots if spot is not None]
-        away, path = min(near, key=lambda each: each[0], default=(math.inf, None))
-        return path if away <= _NEAR_PX else None
-
-    def _grab(self) -> None:
-        path = self._nearest_handle()
-        self.held_handle = next((handle for handle in self.handles if handle.path == path), None)
-        self.captured = self.held_handle is None  # where nothing is, one looks around
-
-    def _drag(self, handle: Handle) -> None:
-        self.held_handle = handle
-        if handle.live:
-            self.session.change(handle.path, handle.value(value_at(self.session.scene, handle.path)), drag=True)
-
-    def _let_go(self) -> None:
-        handle = self.held_handle
-        assert handle
-        self.session.change(handle.path, handle.value(value_at(self.session.scene, handle.path)), drag=True)
-        self.session.history.seal()
-        self.held_handle = None
 
     def choose_tool(self, tool: Tool) -> None:
         """Take another tool into the hand."""
         self.session.tool = tool
-
-    # From the window to the world ---------------------------------------------------------------------------
-
-    def _camera_ws(self) -> Floats:
-        return self.session.walker.position_ws
-
-    def _area_at(self, spot: Spot) -> tuple[int, int, int, int] | None:
-        for area in self.areas(self._size):
-            x, y, width, height = area
-            if x <= spot[0] < x + width and y <= spot[1] < y + height:
-                return area
-        return None
-
-    def _ray(self, spot: Spot, area: tuple[int, int, int, int]) -> Floats:
-        assert self._view
-        x, y, width, height = area
-        right = 2.0 * (spot[0] - x) / width - 1.0
-        up = 1.0 - 2.0 * (spot[1] - y) / height
-        way = self._view.rays_ws[0] + right * self._view.rays_ws[1] + up * self._view.rays_ws[2]
-        result: Floats = way / np.linalg.norm(way)
-        return result
-
-    def on_screen(self, point_ws: Floats) -> Spot | None:
-        """Where a point of the world lies in the window, in its last picture; None where it is not in view."""
-        if self._view is None:
-            return None
-        clip = self._view.clip_from_world @ np.array([*point_ws, 1.0])
-        if clip[3] <= 1e-6 or abs(clip[0]) > clip[3] or abs(clip[1]) > clip[3]:
-            return None
-        x, y, width, height = self.areas(self._size)[-1]
-        return float(x + (0.5 + 0.5 * clip[0] / clip[3]) * width), float(y + (0.5 - 0.5 * clip[1] / clip[3]) * height)
 
     # What keys and buttons do -------------------------------------------------------------------------------
 
@@ -548,11 +397,3 @@ class Viewer:
             pane.release()
         self.face.release()
         self.session.close()
-
-
-def camera_view_or_none(camera: Camera, session: Session, size: Size) -> View | None:
-    """What the camera sees; None where it stands where none can."""
-    try:
-        return camera_view(camera, session.heights, size)
-    except GreenswardError:
-        return None

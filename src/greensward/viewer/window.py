@@ -180,6 +180,14 @@ class Window:
         if glfw.get_input_mode(self._window, glfw.CURSOR) != mode:
             glfw.set_input_mode(self._window, glfw.CURSOR, mode)
 
+    def read_clipboard(self) -> str:
+        """What other programs copied; nothing where that is no text."""
+        return _as_text(glfw.get_clipboard_string(self._window) or "")
+
+    def write_clipboard(self, text: str) -> None:
+        """Let other programs paste this."""
+        glfw.set_clipboard_string(self._window, text)
+
     def show(self, title: str) -> None:
         """Put what was drawn on the screen."""
         glfw.set_window_title(self._window, title)
@@ -192,12 +200,11 @@ class Window:
         glfw.terminate()
 
 
-def run(session: Session, size: tuple[int, int] = (1280, 800), first: Callable[[Viewer], None] | None = None) -> None:
+def run(session: Session, size: tuple[int, int] = (1280, 800)) -> None:
     """Open a window on a session and stay until it closes. Raises `GreenswardError` where no window can open."""
     window = Window("greensward", size)
     viewer = Viewer(window.contexts, session)
-    if first:
-        first(viewer)
+    viewer.face.share_clipboard(window.read_clipboard, window.write_clipboard)
     try:
         last = time.perf_counter()
         while not viewer.done:
@@ -206,7 +213,7 @@ def run(session: Session, size: tuple[int, int] = (1280, 800), first: Callable[[
             now = time.perf_counter()
             viewer.frame(now - last, events, window.size if shown else (1, 1), window.ctx.screen, window.zoom)
             last = now
-            window.capture(viewer.captured)
+            window.capture(viewer.hand.captured)
             changed = "• " if session.unsaved else ""
             window.show(f"{changed}{session.name} – greensward")
     finally:

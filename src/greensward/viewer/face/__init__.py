@@ -1,6 +1,6 @@
 """The user interface, drawn with Dear ImGui into any framebuffer: a window's, or one of a test."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import moderngl
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _BUTTONS = {"left": 0, "right": 1, "middle": 2}
 _MODS = {"ctrl": "mod_ctrl", "shift": "mod_shift", "alt": "mod_alt"}
 _NARROWEST_PX = 640
+_MOST_PASTED = 10_000
 
 
 class Face:
@@ -41,6 +42,12 @@ class Face:
         self._goto: str | None = None
         self.unfolded = False
         """Whether every table is opened, for a look at all keys."""
+
+    def share_clipboard(self, read: Callable[[], str], write: Callable[[str], None]) -> None:
+        """Copy and paste with other programs."""
+        io = imgui.get_platform_io()
+        io.platform_get_clipboard_text_fn = lambda _: read()[:_MOST_PASTED]
+        io.platform_set_clipboard_text_fn = lambda _, text: write(text)
 
     @property
     def wants_mouse(self) -> bool:

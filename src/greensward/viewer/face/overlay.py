@@ -63,7 +63,7 @@ def pictures(viewer: "Viewer", size: tuple[int, int]) -> None:
 
 def _brush(viewer: "Viewer") -> None:
     """A ring on the ground where the brush is, and its stroke so far."""
-    session, at = viewer.session, viewer.under_mouse
+    session, at = viewer.session, viewer.hand.on_ground
     if session.tool in ("look", "move"):
         return
     draw = imgui.get_background_draw_list()
@@ -72,14 +72,14 @@ def _brush(viewer: "Viewer") -> None:
         spots = np.array(session.stroke)
         points = np.column_stack([spots[:, 0], heights.height(spots[:, 0], spots[:, 1]) + 0.1, spots[:, 1]])
         for point in points:
-            if (spot := viewer.on_screen(point)) is not None:
+            if (spot := viewer.sight.spot(point)) is not None:
                 draw.add_circle_filled(spot, 3.0, packed(ACCENT, 0.7))
     if at is None:
         return
     angle = np.linspace(0.0, math.tau, _RING + 1)
     x = at[0] + session.brush.radius_m * np.sin(angle)
     z = at[2] + session.brush.radius_m * np.cos(angle)
-    ring = [viewer.on_screen(p) for p in np.column_stack([x, heights.height(x, z) + 0.15, z])]
+    ring = [viewer.sight.spot(p) for p in np.column_stack([x, heights.height(x, z) + 0.15, z])]
     for a, b in pairwise(ring):
         if a is not None and b is not None:
             draw.add_line(a, b, packed((0.0, 0.0, 0.0, 1.0), 0.35), 4.0)
@@ -88,12 +88,12 @@ def _brush(viewer: "Viewer") -> None:
 
 def _handles(viewer: "Viewer") -> None:
     draw = imgui.get_background_draw_list()
-    for handle in viewer.handles:
-        spot = viewer.on_screen(handle.at_ws)
+    for handle in viewer.hand.handles:
+        spot = viewer.sight.spot(handle.at_ws)
         if spot is None:
             continue
-        held = viewer.held_handle is not None and viewer.held_handle.path == handle.path
-        lit = held or viewer.near_handle == handle.path
+        held = viewer.hand.held is not None and viewer.hand.held.path == handle.path
+        lit = held or viewer.hand.near == handle.path
         away_m = float(np.linalg.norm(handle.at_ws - viewer.session.walker.position_ws))
         radius = 8.0 if lit else min(max(45.0 / away_m, 2.0), 6.0)
         draw.add_circle_filled(spot, radius, packed(ACCENT if lit else INK, 0.9))
