@@ -20,7 +20,7 @@ from greensward.techniques import SETTINGS
 Kind = Literal["number", "count", "flag", "text", "choice", "colour", "file", "numbers", "list", "table", "tables"]
 Path = tuple[str | int, ...]
 """The keys that lead to a value: `("wind", 0, "speed_mps")`."""
-_HANDY = 40.0  # times the usual: a range that a slider covers whole
+_HANDY = 12.0  # times the usual: a range that a slider covers whole
 _WORDS = {"per m²": "/m²", "pixels": "px", "stops": "EV"}
 
 
