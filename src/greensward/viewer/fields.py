@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -70,7 +70,13 @@ def label_of(name: str) -> str:
 @cache
 def fields_of(model: type[BaseModel]) -> tuple[FieldSpec, ...]:
     """Every key of a model but its `kind`, in the order of the model."""
-    return tuple(_field(model, name) for name in model.model_fields if not (name == "kind" and kind_of(model)))
+    found = [_field(model, name) for name in model.model_fields if not (name == "kind" and kind_of(model))]
+    labels = [spec.label for spec in found]
+    # `texture` and `texture_m` are two things
+    return tuple(
+        replace(spec, label=f"{spec.label}, {spec.unit}") if spec.unit and labels.count(spec.label) > 1 else spec
+        for spec in found
+    )
 
 
 def _field(model: type[BaseModel], name: str) -> FieldSpec:
@@ -162,7 +168,7 @@ def reach(spec: FieldSpec, value: float) -> tuple[float, float]:
     usual = abs(float(usual)) or 1.0
     if spec.low is not None and spec.high is not None:
         whole = spec.high - spec.low
-        if whole <= max(_HANDY * usual, 2.0) or (spec.unit == "°" and whole <= 720.0):
+        if whole <= max(_HANDY * usual, 0.0 if spec.unit else 1.0) or (spec.unit == "°" and whole <= 720.0):
             return spec.low, spec.high
     wide = _rounded_up(4.0 * usual)
     while wide < abs(value):

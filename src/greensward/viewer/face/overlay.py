@@ -202,7 +202,7 @@ def messages(viewer: "Viewer", size: tuple[int, int]) -> None:
     most = max(0.8 * width, 100.0)
     for text, bad in lines[:10]:
         imgui.push_text_wrap_pos(most)
-        for part in text.splitlines()[:8]:
+        for part in [line for line in text.splitlines() if line.strip(" =")][:8]:
             imgui.text_colored(colour(WARN if bad else INK), part[:400])
         imgui.pop_text_wrap_pos()
     imgui.end()

@@ -107,6 +107,9 @@ def row(session: Session, path: Path, spec: FieldSpec, value: Any) -> None:
     if spec.kind == "table":
         table(session, path, spec, value)
     elif spec.kind == "tables":
+        labelled(spec.label, spec.help)
+        if value:
+            imgui.new_line()
         tables(session, path, spec, value)
     else:
         labelled(spec.label, _help(spec))
