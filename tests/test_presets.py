@@ -10,6 +10,8 @@ from greensward.techniques import TECHNIQUES
 from small_scenes import small_scene
 
 _PRESETS = (
+    "football",
+    "habel2007",
     "jahrmann2013-instance",
     "jahrmann2013-meadow",
     "jahrmann2013-oasis",

@@ -79,6 +79,7 @@ class Surfaces:
             jittered = "jittered_clip_from_relative"
             values[jittered] = self._depth.matrix(values[jittered])
             self._blocks[slot].set(**values)
+            gbuffer.id.use(13)
             gbuffer.depth.use(14)
             gbuffer.bind_images()
             self._draw(gbuffer.framebuffer, view, slot, hiding)

@@ -30,9 +30,7 @@ def kept():
     machine = {"format": record.FORMAT, "greensward": "0.1.0", "driver": "llvmpipe", "commit": "abc", "libraries": {}}
     rows = [row(), row(technique="bezier-blades", frame_ms_median=5.0, published="75 frames | second")]
     rows.append(row(workload="quality", case="meadow, 1 sample", flip=0.12, samples=1))
-    skipped = [
-        {"workload": "habel2007-half-screen", "technique": "billboard-grid", "case": "", "reason": "<not yet>"}
-    ]
+    skipped = [{"workload": "habel2007-half-screen", "technique": "vertex-buffer", "case": "", "reason": "<not yet>"}]
     return {"machine": {**machine, "skipped": skipped, "incomplete": None}, "rows": rows}
 
 
@@ -91,7 +89,7 @@ def test_what_is_missing_stands_in_the_report(kept, tmp_path, monkeypatch):
         text = (tmp_path / name).read_text(encoding="utf-8")
         assert "Incomplete: the driver stopped drawing after 2 of 5 measurements." in text
         assert "plots need matplotlib" in text
-        assert "billboard-grid" in text
+        assert "vertex-buffer" in text
 
 
 def test_plots_are_named_after_their_workloads(kept):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from greensward.ground import HeightField
-from greensward.passes.terrain import highest_heights
+from greensward.ground.rays import highest_heights
 from greensward.truth import CLASSES
 from reprojection import world_points
 from small_scenes import NOISE, small_scene

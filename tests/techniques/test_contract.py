@@ -1,22 +1,28 @@
 """What every technique promises, whatever it does inside."""
 
+from functools import cache
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import get_args
 
 import numpy as np
 import pytest
 from annotated_types import Ge, Gt, Le, Lt
+from PIL import Image
 
 from blades import BLADE
 from greensward.gpu.state import snapshot
 from greensward.library import dump, load
 from greensward.scene import Camera, Gusts
+from greensward.scene.base import names_a_file
 from greensward.techniques import SETTINGS, TECHNIQUES
 from greensward.truth import AOVS, CLASSES
 from live_objects import live_objects
 from reprojection import world_points
 from small_scenes import BREEZE, GRASS, NOISE, small_scene
 
+STORED = {each.name for each in TECHNIQUES if each.draws_field(each.Settings())}
+"""Those that draw stored blades, which can be looked up; the others have neither them nor heads nor counts."""
 SKY, GROUND, GRASS_CLASS, FLOWER, OBJECT = (CLASSES[name] for name in ("sky", "ground", "grass", "flower", "object"))
 NAMES = [technique.name for technique in TECHNIQUES]
 pytestmark = pytest.mark.parametrize("technique", NAMES)
@@ -24,6 +30,11 @@ pytestmark = pytest.mark.parametrize("technique", NAMES)
 
 def _scene(technique: str, settings=None, **tables):
     return small_scene(technique={"name": technique, **(settings or {})}, **tables)
+
+
+def _needs_stored(technique: str) -> None:
+    if technique not in STORED:
+        pytest.skip("draws no stored blades")
 
 
 def _cover(frame) -> int:
@@ -45,7 +56,8 @@ def test_grass_appears(renderer, technique):
     frame = drawn.render(aovs=["class"])
     bare = renderer(_scene(technique, grass=[])).render(aovs=["class"])
     assert drawn.technique_name == technique
-    assert drawn.blades > drawn.blades_in_view > 500
+    if technique in STORED:
+        assert drawn.blades > drawn.blades_in_view > 500
     assert _cover(bare) == 0
     assert _cover(frame) > 0.2 * frame.truth["class"].size
     there = frame.truth["class"] == GRASS_CLASS
@@ -82,9 +94,10 @@ def test_a_small_step_of_the_camera_keeps_the_blades(renderer, technique):
     scene, stepped = _scene(technique), Camera(position_m=(0.3, 1.3, 4.0), target_m=(0.3, 0.3, -3.0), far_m=400.0)
     used = renderer(scene)
     used.render()
-    sown = used._world.field.pages[0].blades
+    sown = [page.blades for page in used._world.field.pages]
+    assert bool(sown) == (technique in STORED)
     frames = [used.render(camera=stepped), renderer(scene.model_copy(update={"camera": stepped})).render()]
-    assert used._world.field.pages[0].blades is sown
+    assert all(page.blades is old for page, old in zip(used._world.field.pages, sown, strict=True))
     differs = (np.abs(frames[0].image.astype(int) - frames[1].image) > 8).any(axis=2)
     assert differs.mean() < 0.02
 
@@ -196,6 +209,7 @@ def test_wider_and_denser_grass_covers_more(renderer, technique):
 @pytest.mark.parametrize("distance_m", [0.6, 3.0])
 def test_edge_on_blades_do_not_vanish(renderer, technique, distance_m):
     """All blades turned alike, by sixteenths; whichever way they face, they cover nearly as much."""
+    _needs_stored(technique)
     upright = {**GRASS, "tilt_deg": [0.0, 10.0], "bend": [0.0, 0.1], "width_m": [0.02, 0.02]}
     camera = {"position_m": [0.0, 0.5, distance_m], "target_m": [0.0, 0.2, -1.0]}
     scene = _scene(
@@ -223,10 +237,10 @@ def test_ids_depths_and_classes_belong_together(renderer, technique):
     drawn = renderer(scene)
     frame = drawn.render(aovs=AOVS)
     truth, kind = frame.truth, frame.truth["class"]
-    assert {SKY, GROUND, GRASS_CLASS, FLOWER, OBJECT} == set(np.unique(kind))
+    assert {SKY, GROUND, GRASS_CLASS, OBJECT} | ({FLOWER} if technique in STORED else set()) == set(np.unique(kind))
     growing = (kind == GRASS_CLASS) | (kind == FLOWER)
     assert np.array_equal(truth["blade_id"] > 0, growing)
-    assert truth["blade_id"].max() <= drawn.blades
+    assert truth["blade_id"].max() <= (drawn.blades if technique in STORED else 2**27 - 1)
     assert len(np.unique(truth["blade_id"])) > 100
     assert np.array_equal(np.isinf(truth["depth"]), kind == SKY)
     assert (truth["depth"][kind != SKY] >= scene.camera.near_m).all()
@@ -249,6 +263,7 @@ def test_ids_depths_and_classes_belong_together(renderer, technique):
 
 def test_an_id_is_that_of_the_blade_that_stands_there(renderer, technique):
     """The root of the blade at a pixel is within its height of the point that the depth tells."""
+    _needs_stored(technique)
     scene = _scene(technique, wind=[BREEZE], ground=NOISE)
     drawn = renderer(scene)
     truth = drawn.render(1.0, aovs=["blade-id", "depth"]).truth
@@ -353,8 +368,19 @@ def test_settings_survive_toml(technique, tmp_path):
     assert model(**back.technique.model_extra) == model(**changed) != model()
 
 
-SPEED_ONLY = {"densities"}
+SPEED_ONLY = {"densities", "early_exit"}
 """Settings that show in no picture, and have tests of their own."""
+
+
+@cache
+def _cut_out() -> str:
+    """A picture of ten red stripes with nothing between them."""
+    pixels = np.zeros((40, 200, 4), np.uint8)
+    pixels[..., 0] = 200
+    pixels[:, (np.arange(200) // 10) % 2 == 0, 3] = 255
+    path = Path(mkdtemp()) / "stripes.png"
+    Image.fromarray(pixels).save(path)
+    return str(path)
 
 
 def _bounds(field) -> list[float]:
@@ -376,6 +402,8 @@ def _values(field) -> list[object]:
     """Values of a setting other than its default."""
     if field.annotation is bool:
         return [not field.default]
+    if names_a_file(field):
+        return [_cut_out()]
     if isinstance(field.default, int | float):
         return [type(field.default)(bound) for bound in _bounds(field) if bound != field.default]
     if isinstance(field.default, tuple):
@@ -391,7 +419,8 @@ def _another(field) -> object:
 
 def test_every_setting_changes_the_picture(renderer, technique):
     """By itself, or with one of the choices that another setting has."""
-    near = {"position_m": [0.0, 0.4, 2.0], "target_m": [0.0, 0.2, -3.0]}
+    eye_m = 0.4 if technique in STORED else 0.9
+    near = {"position_m": [0.0, eye_m, 2.0], "target_m": [0.0, 0.2, -3.0]}
     fields = SETTINGS[technique].model_fields
     choices = [
         {name: choice} for name, field in fields.items() if get_args(field.annotation) for choice in _values(field)
@@ -428,6 +457,10 @@ def test_what_culling_leaves_out_does_not_show(renderer, technique, test):
 def test_counts_how_many_it_drew(renderer, technique):
     drawn = renderer(_scene(technique))
     frame = drawn.render(aovs=["class", "blade-id"])
+    if technique not in STORED:
+        assert (frame.counts.considered, frame.counts.drawn) == (0, 0)
+        assert frame.counts.pixels == _cover(frame)
+        return
     assert drawn._technique.drawn(drawn._view) == frame.counts.drawn
     assert len(np.unique(frame.truth["blade_id"])) - 1 <= frame.counts.drawn <= drawn.blades_in_view
     assert frame.counts.pixels == _cover(frame)
@@ -435,6 +468,7 @@ def test_counts_how_many_it_drew(renderer, technique):
 
 def test_without_the_test_of_distance_nothing_thins_out(renderer, technique):
     """Heads and all: more blades, of their own width, and none beyond the reach."""
+    _needs_stored(technique)
     far = {"position_m": [0.0, 1.3, 4.0], "target_m": [0.0, 0.0, -20.0]}
     grass = [{**GRASS, "head": "daisy", "head_size_m": [0.05, 0.08]}]
     scenes = {

@@ -215,7 +215,7 @@ class KeptState:
             if not value.needs or value.needs in ctx.extensions
         ]
         # moderngl makes and fills textures on its last unit
-        self._units = (*range(23), ctx.default_texture_unit)
+        self._units = (*range(29), ctx.default_texture_unit)
         self._targets = min(8, self._integer(0x8824))
         self._slots = {
             "uniform_buffers": min(16, self._integer(0x8A2F)),

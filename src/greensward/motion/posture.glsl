@@ -32,8 +32,8 @@ vec3 sag(Blade b, vec3 up, vec3 pull) {
     return (1.0 - 0.6 * b.stiffness) * (0.55 * b.height * across + 0.6 * max(down, 0.0) * (b.height * up - tip));
 }
 
-// `off` is the up of what it must keep off
-void standInWind(Blade b, float time_s, out vec3 off, out vec3 v1, out vec3 v2) {
+// `swing` is the phase of its bobbing, `off` the up of what it must keep off
+void standSwinging(Blade b, float time_s, float swing, out vec3 off, out vec3 v1, out vec3 v2) {
     vec3 root = bladeRoot(b), up = bladeUp(b), force = forceOn(b, time_s);
     vec3 sunk = sag(b, up, pullAt(root));
     v1 = bladeControl(b) - root + 0.3 * sunk;
@@ -43,10 +43,7 @@ void standInWind(Blade b, float time_s, out vec3 off, out vec3 v1, out vec3 v2) 
     float speed = length(velocity);
     vec3 downwind = velocity / max(speed, 1e-4), crosswind = cross(up, downwind);
 
-    // each blade bobs at its own pace, short ones faster; the phase runs up the blade
-    float phase = 6.28318531 * bladeRandom(b);
-    float pace = (2.2 + 2.6 * fract(7.31 * bladeRandom(b))) * inversesqrt(max(b.height, 0.02));
-    float swing = pace * time_s + phase;
+    // the phase runs up the blade
     float flutter = air.wind.w * (1.0 - 0.7 * b.stiffness);
     vec2 bob = flutter * vec2(sin(swing), sin(swing + 0.9));          // x at the middle, y at the tip
     vec2 sway = 0.35 * flutter * vec2(sin(0.73 * swing + 1.3), sin(0.73 * swing + 2.2));
@@ -60,6 +57,13 @@ void standInWind(Blade b, float time_s, out vec3 off, out vec3 v1, out vec3 v2) 
     off = upUnder(up, force);
     press(b, off, force, v1, v2);
     keepOff(b, off, v1, v2);
+}
+
+// Each blade bobs at its own pace, short ones faster
+void standInWind(Blade b, float time_s, out vec3 off, out vec3 v1, out vec3 v2) {
+    float phase = 6.28318531 * bladeRandom(b);
+    float pace = (2.2 + 2.6 * fract(7.31 * bladeRandom(b))) * inversesqrt(max(b.height, 0.02));
+    standSwinging(b, time_s, pace * time_s + phase, off, v1, v2);
 }
 
 // How a blade stands that nothing has moved before: in the form of the scene's simulation, without its memory

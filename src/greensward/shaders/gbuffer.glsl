@@ -21,17 +21,17 @@ vec2 packMotion(vec2 pixel_centre, vec4 previousClip) {
 
 uint packId(uint surfaceClass, uint bladeId) { return surfaceClass << 27u | bladeId; }
 
-#ifdef TARGETS
-layout(binding = 13) uniform usampler2D gId;
-layout(binding = 14) uniform sampler2D gDepth;
-
-uint classAt(ivec2 pixel) { return texelFetch(gId, pixel, 0).r >> 27u; }
-
 // From the eye through the pixel's sample, one metre along the view axis
 vec3 rayThrough(ivec2 pixel) {
     vec2 ndc = (vec2(pixel) + 0.5) * view.size_px.zw * 2.0 - 1.0 - view.jitter;
     return view.corner_ray.xyz + ndc.x * view.right_ray.xyz + ndc.y * view.up_ray.xyz;
 }
+
+#ifdef TARGETS
+layout(binding = 13) uniform usampler2D gId;
+layout(binding = 14) uniform sampler2D gDepth;
+
+uint classAt(ivec2 pixel) { return texelFetch(gId, pixel, 0).r >> 27u; }
 
 vec3 worldAt(ivec2 pixel) { return view.eye_ws.xyz + rayThrough(pixel) * texelFetch(gDepth, pixel, 0).r; }
 #endif

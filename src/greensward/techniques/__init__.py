@@ -5,11 +5,12 @@ from pydantic import BaseModel, ValidationError
 from greensward.scene import Scene, SceneError
 from greensward.scene.problems import one_of, sentences
 from greensward.techniques.bezier_blades import BezierBlades
+from greensward.techniques.billboard_grid import BillboardGrid
 from greensward.techniques.technique import Technique
 from greensward.techniques.tessellated_quads import TessellatedQuads
 from greensward.techniques.visibility_buffer import VisibilityBuffer
 
-TECHNIQUES: tuple[type[Technique], ...] = (BezierBlades, TessellatedQuads, VisibilityBuffer)
+TECHNIQUES: tuple[type[Technique], ...] = (BezierBlades, BillboardGrid, TessellatedQuads, VisibilityBuffer)
 
 SETTINGS: dict[str, type[BaseModel]] = {technique.name: technique.Settings for technique in TECHNIQUES}
 

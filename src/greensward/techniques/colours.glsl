@@ -9,14 +9,23 @@ float nearer(Blade b, float share) {
     return max(1.0 - (1.0 - pow(share, 0.3333)) * sward.canopy_m * sward.grown / above, 0.5);
 }
 
+// What makes it differ from others of its species: a factor
+vec3 shadeOf(Blade b) {
+    float tint = bladeTint(b) - 0.5;
+    return vec3(1.0 + 0.55 * tint, 1.0 + 0.38 * tint, 1.0 + 0.1 * tint);
+}
+
+void coloursOf(Blade b, vec3 shade, out vec3 root, out vec3 tip) {
+    int kind = bladeSpecies(b);
+    vec3 dry = species(kind, DRY).rgb;
+    root = shade * mix(species(kind, ROOT).rgb, dry * 0.55, smoothstep(0.35, 1.0, bladeDryness(b)));
+    tip = shade * mix(species(kind, TIP).rgb, dry, bladeDryness(b));
+}
+
 Look lookOf(Blade b, Hull h, bool onGround) {
     int kind = bladeSpecies(b);
-    vec4 rootRow = species(kind, ROOT), tipRow = species(kind, TIP);
-    vec3 dry = species(kind, DRY).rgb, up = bladeUp(b), toViewer = toViewerFrom(h.middle);
-    float dryness = bladeDryness(b), tint = bladeTint(b) - 0.5;
-    vec3 shade = vec3(1.0 + 0.55 * tint, 1.0 + 0.38 * tint, 1.0 + 0.1 * tint);
-    vec3 root = shade * mix(rootRow.rgb, dry * 0.55, smoothstep(0.35, 1.0, dryness));
-    vec3 tip = shade * mix(tipRow.rgb, dry, dryness);
+    vec3 up = bladeUp(b), toViewer = toViewerFrom(h.middle), shade = shadeOf(b), root, tip;
+    coloursOf(b, shade, root, tip);
     vec4 map = onGround ? textureLod(vegetationMap, mapUv(bladeRoot(b).xz), 0.0) : vec4(0.0);
     root = mix(root, shade * map.rgb * 0.6, map.a);
     tip = mix(tip, shade * map.rgb, map.a);
@@ -26,5 +35,5 @@ Look lookOf(Blade b, Hull h, bool onGround) {
     root = mix(root, 0.9 * tip, 0.85 * far);
     // shaded as the wall of blades that it stands for, turned to the viewer as much as up
     vec3 wall = normalize(0.8 * normalize(toViewer - up * dot(toViewer, up)) + 0.75 * up);
-    return Look(vec4(root, rootRow.w), vec4(tip, mix(tipRow.w, 0.95, far)), b.height / max(sward.canopy_m, 1e-3), far, share, wall, map.a);
+    return Look(vec4(root, species(kind, ROOT).w), vec4(tip, mix(species(kind, TIP).w, 0.95, far)), b.height / max(sward.canopy_m, 1e-3), far, share, wall, map.a);
 }

@@ -37,9 +37,9 @@ class Technique(Protocol):
         """Draw calls into the bound framebuffer; no GL state is left changed.
 
         A picture's ground and objects may already be in it; before its first sample they are, and `world.pyramid`
-        tells what they hide, if the scene asks for that. Its linear depth is at texture unit 14, and where passes run
-        in compute shaders its images are bound as shaders/emit.glsl declares them. A test that `scene.culling`
-        switches off leaves out nothing.
+        tells what they hide, if the scene asks for that. Its classes and ids are at texture unit 13, its linear depth
+        at 14, and where passes run in compute shaders its images are bound as shaders/emit.glsl declares them. A test
+        that `scene.culling` switches off leaves out nothing.
         """
 
     def considered(self, view: View) -> int:

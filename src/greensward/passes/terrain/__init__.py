@@ -4,14 +4,14 @@ import math
 
 import moderngl
 import numpy as np
-import numpy.typing as npt
 
 from greensward.gpu.pixel_pass import IMAGES_WRITTEN, PixelPass, Shell, pixel_groups
-from greensward.gpu.program import build, build_compute, put
+from greensward.gpu.program import build, build_compute
 from greensward.gpu.view import View
 from greensward.ground import HeightField
+from greensward.ground.rays import GroundRays
 from greensward.passes.gbuffer import GBuffer
-from greensward.world import RECORDS, World
+from greensward.world import World
 
 _CELLS = 96  # per side of a level
 _FOLDER = "passes/terrain"
@@ -89,41 +89,17 @@ class _March:
     def __init__(self, ctx: moderngl.Context, heights: HeightField) -> None:
         self._ctx = ctx
         self._shader = build_compute(ctx, f"{_FOLDER}/march.comp", {"TARGETS": 1})
-        highest, starts = highest_heights(heights.heights)
-        self._highest = ctx.buffer(highest)
-        put(
-            self._shader,
-            starts=(starts + [0] * 16)[:16],
-            topLevel=len(starts) - 1,
-            relief_m=(heights.lowest_m, heights.highest_m),
-        )
+        self._rays = GroundRays(ctx, heights)
+        self._rays.prepare(self._shader)
 
     def run(self, view: View) -> None:
-        self._highest.bind_to_storage_buffer(RECORDS)
-        self._shader["range_m"] = view.near_and_far_m
+        self._rays.bind(self._shader, view.near_and_far_m)
         self._shader.run(*pixel_groups(view.size_px))
         self._ctx.memory_barrier(IMAGES_WRITTEN)
 
     def release(self) -> None:
         self._shader.release()
-        self._highest.release()
-
-
-def highest_heights(heights: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.float32], list[int]]:
-    """Maxima of the height map over 2 × 2, 4 × 4, … cells, one level after the other, and where each level starts.
-
-    Level 0, single cells, is left out; the last has one entry. Never empty.
-    """
-    cells = np.maximum(np.maximum(heights[:-1, :-1], heights[1:, :-1]), np.maximum(heights[:-1, 1:], heights[1:, 1:]))
-    levels, starts, count = [np.zeros(0, np.float32)], [0], 0
-    while cells.size > 1:
-        rows, columns = (-(-edge // 2) for edge in cells.shape)
-        even = np.pad(cells, ((0, 2 * rows - cells.shape[0]), (0, 2 * columns - cells.shape[1])), "edge")
-        cells = even.reshape(rows, 2, columns, 2).max((1, 3))
-        starts.append(count)
-        count += cells.size
-        levels.append(cells.ravel())
-    return np.concatenate([*levels, np.zeros(int(count == 0), np.float32)]), starts
+        self._rays.release()
 
 
 def _grid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,0 +1,315 @@
+"""Textures of the billboards: grown from blades of the scene's own species, or from a user's files."""
+
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from greensward.gpu.blocks import BlockBuffer
+from greensward.gpu.program import build
+from greensward.ground import HeightField
+from greensward.ground.ground_gpu import GroundGpu
+from greensward.io.rasters import decoded, read_rgba
+from greensward.scene import FlatGround, InputError, Scene
+from greensward.sowing import Field
+from greensward.techniques.billboard_grid.settings import Settings
+from greensward.techniques.leaf import LEAF_BLOCK, LeafSettings
+
+_FOLDER = "techniques/billboard_grid"
+_MOST_ROWS = 4096
+_INSTANCE = np.dtype([("number", "u4"), ("moved_m", "f4", 3), ("order", "f4")])
+_VERTICES = 22
+_CLOSED_SLABS = 8
+"""How many slabs together let nothing through: the picture of the last billboard that a ray meets."""
+_ABOUT_A_SLAB = np.pi / 4.0
+"""How thick a slab of grass a billboard stands for, in spacings. A ray in direction (x, z) meets |x| + |z| billboards
+on one spacing, 4 / pi in the mean over all directions."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Layers of one kind of billboard on the CPU; values but names are times opacity, first row at the ground."""
+
+    colour: npt.NDArray[np.float16]
+    """Linear red, green, blue, and opacity: (layers, rows, columns, 4)."""
+    shape: npt.NDArray[np.uint8]
+    """Normal across and upwards, rank, place along the blade: (layers, rows, columns, 4)."""
+    blade: npt.NDArray[np.uint16]
+    """Which blade of the layer, from 1: (layers, rows, columns)."""
+
+
+class Billboards:
+    """Textures of grass from the side, in layers, and from above."""
+
+    def __init__(self, ctx: moderngl.Context, scene: Scene, settings: Settings) -> None:
+        side, top, self.tall_m = _grow(ctx, scene, settings)
+        if settings.side_texture:
+            side = _closed(_read(scene, settings.side_texture, "technique.side_texture"))
+        if settings.top_texture:
+            top = _read(scene, settings.top_texture, "technique.top_texture")
+        self.layers = len(side.colour) - 1
+        """How many there are from the side; one more is opaque."""
+        self.opacity_from_above = float(top.colour[..., 3].mean(dtype=np.float64))
+        """Part of the ground that is hidden, seen from above."""
+        self._textures = [*_uploaded(ctx, side), *_uploaded(ctx, top, repeat_y=True)]
+
+    @property
+    def nbytes(self) -> int:
+        """GPU memory in bytes, but for coarser levels."""
+        texel_bytes = 8, 4, 2
+        return sum(texel_bytes[i % 3] * int(np.prod(texture.size)) for i, texture in enumerate(self._textures))
+
+    def bind(self, first_unit: int) -> None:
+        """Bind them to six texture units: colour, shape and blade from the side, and from above."""
+        for unit, texture in enumerate(self._textures, start=first_unit):
+            texture.use(unit)
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        for texture in self._textures:
+            texture.release()
+
+
+def _uploaded(ctx: moderngl.Context, picture: Picture, repeat_y: bool = False) -> list[moderngl.TextureArray]:
+    layers, rows, columns, _ = picture.colour.shape
+    result = []
+    for values, components, dtype in ((picture.colour, 4, "f2"), (picture.shape, 4, "f1"), (picture.blade, 1, "u2")):
+        texture = ctx.texture_array(
+            (columns, rows, layers), components, np.ascontiguousarray(values).tobytes(), alignment=1, dtype=dtype
+        )
+        texture.repeat_x, texture.repeat_y = True, repeat_y
+        if dtype == "u2":
+            texture.filter = moderngl.NEAREST, moderngl.NEAREST
+        else:
+            texture.build_mipmaps()
+            texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+        result.append(texture)
+    return result
+
+
+def _grow(ctx: moderngl.Context, scene: Scene, settings: Settings) -> tuple[Picture, Picture, float]:
+    """Side and top of a bed of the scene's blades, and how tall it is."""
+    mean_m = mean_length_m(scene)
+    slab_m = _ABOUT_A_SLAB * settings.spacing * mean_m
+    edge_m = settings.billboard_m
+    deep_m = max((settings.layers + _CLOSED_SLABS) * slab_m, edge_m)
+    bed = _bed(scene, edge_m, deep_m)
+    heights = HeightField.of(bed)
+    ground = GroundGpu(ctx, bed, heights)
+    field = Field(ctx, bed, ground)
+    leaf = BlockBuffer(ctx, LEAF_BLOCK)
+    leaf.set(**LeafSettings(roundness=settings.roundness).block_values())
+    grower = None
+    try:
+        field.sow((0.5 * edge_m, 0.0, 0.5 * deep_m), 0.0)
+        leaf.bind()
+        tall_m = max((_tallest(page.blades.read()) for page in field.pages), default=mean_m)
+        grower = _Grower(ctx, field, settings, tall_m)
+        return grower.side(slab_m), grower.top(), tall_m
+    finally:
+        for part in (grower, leaf, field, ground):
+            if part is not None:
+                part.release()
+
+
+def mean_length_m(scene: Scene) -> float:
+    """Of a blade, over the scene's species by their shares."""
+    shares = np.array([grass.share for grass in scene.grass] or [1.0])
+    lengths = np.array([sum(grass.height_m) / 2.0 for grass in scene.grass] or [0.1])
+    return float(shares @ lengths / shares.sum()) if shares.sum() > 0 else 0.1
+
+
+def _bed(scene: Scene, edge_m: float, deep_m: float) -> Scene:
+    """A level piece of ground that bears the scene's species in their shares, without drifts."""
+    reach_m = 0.75 * (edge_m + deep_m)
+    sowing = {
+        "density_map": None,
+        "vegetation_map": None,
+        "drift": 0.0,
+        "max_slope_deg": 90.0,
+        "full_density_m": 2.0 * reach_m,
+        "reach_m": reach_m,
+        "stored_m": None,
+    }
+    return Scene(
+        seed=scene.seed,
+        ground=FlatGround(),
+        grass=tuple(grass.model_copy(update={"patchiness": 0.0}) for grass in scene.grass),
+        sowing=scene.sowing.model_copy(update=sowing),
+        wind=(),
+    ).in_folder(scene.resolve(""))
+
+
+def _points(rows: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """Nine points of each blade's curve: (n, 9, 3)."""
+    t = np.linspace(0.0, 1.0, 9, dtype=np.float32)[:, None]
+    root, control, tip = (rows[:, None, first : first + 3] for first in (0, 4, 8))
+    curve: npt.NDArray[np.float32] = (1.0 - t) ** 2 * root + 2.0 * t * (1.0 - t) * control + t * t * tip
+    return curve
+
+
+def _tallest(blades: bytes) -> float:
+    rows = np.frombuffer(blades, np.float32).reshape(-1, 16)
+    return float(_points(rows)[..., 1].max(initial=1e-3))
+
+
+class _Grower:
+    """Draws blades of a bed into pictures, four samples a texel."""
+
+    def __init__(self, ctx: moderngl.Context, field: Field, settings: Settings, tall_m: float) -> None:
+        self._ctx, self._field, self._settings, self._tall_m = ctx, field, settings, tall_m
+        self._program = build(ctx, f"{_FOLDER}/grow.vert", f"{_FOLDER}/grow.frag")
+
+    def side(self, slab_m: float) -> Picture:
+        """A layer for each slab of the bed, seen along z, and one that is closed."""
+        edge_m = self._settings.billboard_m
+        columns = self._settings.texture_px
+        rows = int(np.clip(np.ceil(self._tall_m / edge_m * columns), 4, _MOST_ROWS))
+        axes = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+        drawn = []
+        layers = self._settings.layers
+        for first, count in [(layer, 1) for layer in range(layers)] + [(layers, _CLOSED_SLABS)]:
+            low = (0.0, 0.0, first * slab_m)
+            high = (edge_m, self._tall_m, (first + count) * slab_m)
+            drawn.append(self._draw((columns, rows), axes, low, high, wrapped=(0,)))
+        return _stacked(drawn)
+
+    def top(self) -> Picture:
+        """A square of the bed, seen from above: x across, z upwards."""
+        edge_m, columns = self._settings.billboard_m, self._settings.texture_px
+        axes = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
+        low, high = (0.0, 0.0, 0.0), (edge_m, edge_m, self._tall_m)
+        return _stacked([self._draw((columns, columns), axes, low, high, wrapped=(0, 2))])
+
+    def _draw(
+        self,
+        size: tuple[int, int],
+        axes: tuple[tuple[float, float, float], ...],
+        low: tuple[float, float, float],
+        high: tuple[float, float, float],
+        wrapped: tuple[int, ...],
+    ) -> Picture:
+        ctx, finer, before = self._ctx, (2 * size[0], 2 * size[1]), self._ctx.fbo
+        targets = [
+            ctx.texture(finer, 4, dtype="f2"),
+            ctx.texture(finer, 4, dtype="f2"),
+            ctx.texture(finer, 1, dtype="f4"),
+        ]
+        depth = ctx.depth_renderbuffer(finer)
+        canvas = ctx.framebuffer(targets, depth)
+        canvas.use()
+        canvas.clear(depth=1.0)
+        ctx.enable_only(moderngl.DEPTH_TEST)
+        # blades lean out of the slab in which they stand
+        reach = np.array(axes[2]) @ (self._tall_m * np.array([1.0, 0.0, 1.0]))
+        shown = *low[:2], low[2] - reach
+        shown_high = *high[:2], high[2] + reach
+        for name, value in zip(
+            ("across", "upwards", "outwards", "low_m", "high_m"), (*axes, shown, shown_high), strict=True
+        ):
+            self._program[name] = value
+        self._program["texel_m"] = 0.5 * self._settings.billboard_m / self._settings.texture_px
+        for page in self._field.pages:
+            instances = _standing(page.blades.read(), low, high, wrapped, axes)
+            if not len(instances):
+                continue
+            page.bind()
+            buffer = ctx.buffer(instances.tobytes())
+            content = [(buffer, "1u4 3f4 1f4 /i", "number", "moved_m", "order")]
+            array = ctx.vertex_array(self._program, content)
+            array.render(moderngl.TRIANGLE_STRIP, vertices=_VERTICES, instances=len(instances))
+            array.release()
+            buffer.release()
+        picture = _halved(targets)
+        (before or ctx.detect_framebuffer(0)).use()  # a released framebuffer must not stay the current one
+        canvas.release()
+        depth.release()
+        for target in targets:
+            target.release()
+        return picture
+
+    def release(self) -> None:
+        self._program.release()
+
+
+def _standing(
+    blades: bytes,
+    low: tuple[float, float, float],
+    high: tuple[float, float, float],
+    wrapped: tuple[int, ...],
+    axes: tuple[tuple[float, float, float], ...],
+) -> npt.NDArray[np.void]:
+    """Blades whose roots lie within the picture, again wherever they stand across its edges."""
+    rows = np.frombuffer(blades, np.float32).reshape(-1, 16)
+    root = rows[:, :3] @ np.array(axes, np.float32).T
+    ground = [k for k in range(3) if axes[k][1] == 0.0]
+    chosen = np.flatnonzero(np.all([(root[:, k] >= low[k]) & (root[:, k] < high[k]) for k in ground], axis=0))
+    points, wide = _points(rows[chosen]), rows[chosen, 11]
+    span = np.stack([points.min(axis=1) - wide[:, None], points.max(axis=1) + wide[:, None]])
+    moves = [np.zeros(3)]
+    for axis in wrapped:
+        edge = np.eye(3)[axis] * (high[0] - low[0])
+        moves = [move + times * edge for move in moves for times in (-1, 0, 1)]
+    parts = []
+    for move in moves:
+        there = np.all(
+            [(span[1, :, k] + move[k] > 0.0) & (span[0, :, k] + move[k] < high[0] - low[0]) for k in wrapped], axis=0
+        )
+        part = np.zeros(int(there.sum()), _INSTANCE)
+        part["number"], part["moved_m"] = chosen[there], move
+        part["order"] = np.flatnonzero(there) % 65535 + 1
+        parts.append(part)
+    return np.concatenate(parts)
+
+
+def _halved(targets: list[moderngl.Texture]) -> Picture:
+    """Two by two texels made one: means, but of names the first."""
+    means = []
+    for target in targets[:2]:
+        target.build_mipmaps(0, 1)
+        columns, rows = target.size[0] // 2, target.size[1] // 2
+        means.append(np.frombuffer(target.read(level=1, alignment=1), np.float16).reshape(rows, columns, 4))
+    columns, rows = targets[2].size
+    names = np.frombuffer(targets[2].read(alignment=1), np.float32).reshape(rows // 2, 2, columns // 2, 2)
+    names = names.max(axis=(1, 3))
+    return Picture(
+        means[0],
+        np.round(255.0 * np.clip(means[1].astype(np.float32), 0.0, 1.0)).astype(np.uint8),
+        names.astype(np.uint16),
+    )
+
+
+def _stacked(pictures: list[Picture]) -> Picture:
+    return Picture(*(np.stack([getattr(each, name) for each in pictures]) for name in ("colour", "shape", "blade")))
+
+
+def _read(scene: Scene, file: str, key: str) -> Picture:
+    """A user's picture: upright blades that look towards the viewer. Raises `InputError` without transparency."""
+    path = scene.resolve(file)
+    pixels = read_rgba(path)[::-1] / 255.0
+    alpha = pixels[..., 3:]
+    if alpha.min() == 1.0 or alpha.max() == 0.0:
+        every = "opaque" if alpha.min() == 1.0 else "transparent"
+        raise InputError(f"{path}: {key}: must have an alpha channel that cuts blades out (all of it is {every})")
+    colour = np.concatenate([decoded(pixels[..., :3]) * alpha, alpha], -1).astype(np.float16)
+    v = ((np.arange(len(pixels)) + 0.5) / len(pixels))[:, None, None]
+    shape = np.concatenate([0.5 * alpha, 0.5 * alpha, 0.5 * alpha, v * alpha], -1)
+    columns = np.arange(pixels.shape[1])[None, :] * 128 // pixels.shape[1] + 1
+    blade = np.where(alpha[..., 0] > 0.0, columns, 0)
+    return Picture(colour[None], np.round(255.0 * shape).astype(np.uint8)[None], blade.astype(np.uint16)[None])
+
+
+def _closed(side: Picture) -> Picture:
+    """A user's picture, and once more with shifted copies behind it."""
+    columns = side.colour.shape[2]
+    layers = []
+    for values in (side.colour, side.shape):
+        behind = values[0].astype(np.float32)
+        alpha = side.colour[0, ..., 3:].astype(np.float32)
+        for k in range(1, _CLOSED_SLABS):
+            shift = columns * (2 * k - 1) // (2 * _CLOSED_SLABS)
+            behind = behind + (1.0 - alpha) * np.roll(values[0], shift, axis=1)
+            alpha = alpha + (1.0 - alpha) * np.roll(side.colour[0, ..., 3:], shift, axis=1)
+        layers.append(np.stack([values[0], behind.astype(values.dtype)]))
+    return Picture(layers[0], layers[1], np.concatenate([side.blade, side.blade]))

@@ -1,0 +1,326 @@
+// Instant animated grass (Habel, Wimmer & Jeschke 2007): a ray is followed below the tips of the grass, through a regular grid
+// of billboards that stands on the ground, and is blended front to back with the over operator. The slides number no formulas.
+#include "ground/march.glsl"
+#include "culling/presence.glsl"
+#include "motion/posture.glsl"
+#include "techniques/look.glsl"
+
+layout(binding = 23) uniform sampler2DArray sideColour;
+layout(binding = 24) uniform sampler2DArray sideShape;
+layout(binding = 25) uniform usampler2DArray sideBlade;
+layout(binding = 26) uniform sampler2DArray topColour;
+layout(binding = 27) uniform sampler2DArray topShape;
+layout(binding = 28) uniform usampler2DArray topBlade;
+
+uniform vec2 turn;          // cosine and sine
+uniform ivec2 firstCell;    // of the grid, in which the origin of relative space lies
+uniform vec2 inCell_m;      // and where in it
+uniform vec2 inBillboard;   // and on a billboard, in widths of one
+uniform float spacing_m;
+uniform float billboard_m;  // width
+uniform float irregular;    // how far billboards stand off their places, in spacings
+uniform float tall_m;       // of what the billboards show
+uniform float layer_m;      // above which no grass is anywhere
+uniform int steps;
+uniform int layers;
+uniform float opacity;      // from which on a point shows grass
+uniform vec4 meanLook;      // colour of the billboards' upper blades, and how much light they let through
+uniform vec2 meanBlade;     // stiffness and roughness
+uniform float begins_m;     // distance from which on it is there; 0 everywhere
+uniform float timeNow;
+uniform float timePrevious;
+
+const float STEEPEST = 0.5;  // normal's y on a slope of 60 degrees, beyond which a grid of upright billboards falls apart
+const float SHARPER = 1.5;  // levels of detail, as jittered samples average what is left
+const int FARTHER = 6;       // times as many steps for rays that need not end in the grass
+const float NOWHERE_M = 1e9;
+
+// What is the same along a ray, as wind and drifts change over more than it goes through the grass
+struct Around {
+    float dense, height, dryness;  // the sward's drifts, without its maps
+    vec3 v1, v2, before1, before2;  // how a blade as tall as the billboards stands, now and a frame ago
+};
+
+struct Traced {
+    vec4 colour;     // times opacity, which is w
+    vec3 normal_ws;
+    float high;      // of the height of the grass, and
+    float along;     // of the blade's length, times opacity both
+    float depth_m;   // where the threshold was reached, or NOWHERE_M
+    uint blade;
+    float rest;      // part of its height at which what shows there stands when nothing moves
+};
+
+vec2 toGrid(vec2 xz) { return vec2(turn.x * xz.x + turn.y * xz.y, -turn.y * xz.x + turn.x * xz.y); }
+vec2 fromGrid(vec2 g) { return vec2(turn.x * g.x - turn.y * g.y, turn.y * g.x + turn.x * g.y); }
+
+// A blade that stands for those around, and bobs with its neighbours, the less alike the farther they are
+void standAt(vec3 root, float tall, float time_s, out vec3 v1, out vec3 v2) {
+    Blade b = Blade(root.x, root.y, root.z, 0.0, root.x, root.y + 0.5 * tall, root.z, tall, root.x, root.y + tall, root.z,
+                    0.01, packSnorm2x16(octahedralEncode(vec3(0.0, 1.0, 0.0))), meanBlade.x, 0u, 0x80000000u);
+    if (FORM == NATURAL) {
+        vec3 off;
+        float swing = 3.5 * inversesqrt(max(tall, 0.02)) * time_s + 5.0 * simplex(2.3 * root.xz, 71u) + 2.0 * simplex(9.1 * root.xz, 73u);
+        standSwinging(b, time_s, swing, off, v1, v2);
+    } else {
+        balance(b, windAt(root, time_s), forceOn(b, time_s), v1, v2);
+    }
+}
+
+Around around(vec3 p) {
+    Around a;
+    Sward s = swardOn(vec3(p.x, 0.0, p.z), vec3(0.0, 1.0, 0.0));
+    a.dense = s.density;
+    a.height = s.height;
+    a.dryness = s.dryness;
+    float tall = tall_m * s.height;
+    vec3 root = vec3(p.x, groundHeight(p.xz), p.z);
+    standAt(root, tall, timeNow, a.v1, a.v2);
+#ifndef SHADOW
+    standAt(root, tall, timePrevious, a.before1, a.before2);
+#endif
+    return a;
+}
+
+// What presses the grass changes from one blade to the next
+void standUnderForces(inout Around a, vec3 p_ws) {
+#ifndef NO_FORCES
+    vec3 v1 = a.v1, v2 = a.v2;
+    standAt(vec3(p_ws.x, groundHeight(p_ws.xz), p_ws.z), tall_m * a.height, timeNow, a.v1, a.v2);
+    a.before1 += a.v1 - v1;
+    a.before2 += a.v2 - v2;
+#endif
+}
+
+// Part of the blades that grow here, and the height map's factor
+vec2 shareAt(vec3 p_ws, Around a) {
+    vec4 map = vec4(1.0);
+#ifdef MAPPED
+    map = textureLod(densityMap, mapUv(p_ws.xz), 0.0);
+#endif
+    float away = distance(p_ws, view.camera_ws.xyz);
+    float far = 1.0 - smoothstep(0.82, 1.0, away / sward.reach_m);
+    float near = begins_m > 0.0 ? smoothstep(0.82, 1.0, away / begins_m) : 1.0;
+    bool outside = ground.beyond == 1 && any(greaterThan(abs(p_ws.xz), 0.5 * ground.size_m));
+    return vec2(outside ? 0.0 : a.dense * map.r * far * near, map.b);
+}
+
+float groundUnderneath(vec2 xz) {
+#ifdef LEVEL
+    return relief_m.x;
+#else
+    return groundHeight(xz);
+#endif
+}
+
+float pixelAt(float depth_m) { return view.pixel_m.x * depth_m + view.pixel_m.y; }
+
+// How much of a texel stays where only some blades grow: near, whole blades; far, where a texel holds many, their share
+float keptOf(float rank, float share, float lod) {
+    return mix(step(rank, share), share, smoothstep(0.5, 3.0, lod));
+}
+
+void over(inout Traced t, vec4 colour, vec3 normal_ws, float high, float along) {
+    float through = 1.0 - t.colour.a;
+    t.colour += through * colour;
+    t.normal_ws += through * colour.a * normal_ws;
+    t.high += through * colour.a * high;
+    t.along += through * colour.a * along;
+}
+
+float lot;  // of this pixel and sample, 0 to 1
+
+// Whether the threshold is reached now. Where texels are means of many blades it is drawn by lot, or fewer than half of them
+// would never show; and always so in shadow maps, where thin grass must let light through whatever the size of a texel.
+bool reached(inout Traced t, float depth_m, float lod) {
+#ifdef SHADOW
+    float least = mix(0.35, 1.0, lot);
+#else
+    float least = mix(opacity, lot, smoothstep(1.0, 3.5, lod));
+#endif
+    if (t.depth_m < NOWHERE_M || t.colour.a <= least) return false;
+    t.depth_m = depth_m;
+    return true;
+}
+
+uint nameOf(uint plane, uint number) { return hash3(uvec3(plane, number, sward.seed)).x % 0x7fffffeu + 1u; }
+
+// `closing` is for the last that a ray meets: an opaque picture of the grass behind it all
+void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, float above_m, vec2 way, float depth_m, vec2 share,
+              bool closing) {
+    if (share.x <= 0.0) return;
+    // up the leaning blade to this height
+    vec3 v1 = a.v1 * share.y, v2 = a.v2 * share.y;
+    float b = 2.0 * v1.y, rest = 2.0 * above_m / max(b + sqrt(max(b * b + 4.0 * (v2.y - b) * above_m, 0.0)), 1e-6);
+    // what a ray meets last lies deeper among the blades than where it is followed no farther
+    if (closing) rest = mix(0.3, 0.8, min(rest, 1.0));
+    if (rest > 1.0) return;
+    vec2 lean = toGrid(2.0 * rest * (1.0 - rest) * v1.xz + rest * rest * v2.xz);
+    uvec3 random = hash3(uvec3(uint(plane), alongX ? 1u : 2u, sward.seed));
+    int layer = closing ? layers : int(random.x % uint(layers));
+    bool mirror = (random.z & 1u) != 0u;
+    float along_m = alongX ? place_m.x - lean.x : place_m.y - lean.y;
+    float u = (alongX ? inBillboard.x : inBillboard.y) + along_m / billboard_m + unit(random).y;
+    vec2 uv = vec2(mirror ? -u : u, rest);
+    vec2 size = vec2(textureSize(sideColour, 0).xy);
+    // seen aslant a pixel spans more of it across; sharper than that, as other samples are jittered
+    float slant = abs(alongX ? way.y : way.x) / max(length(way), 1e-6);
+    float lod = log2(max(pixelAt(depth_m) * size.x / billboard_m * inversesqrt(max(slant, 0.06)), 1e-6)) - (closing ? SHARPER + 1.0 : SHARPER);
+    vec4 colour = textureLod(sideColour, vec3(uv, layer), lod), shape = textureLod(sideShape, vec3(uv, layer), lod);
+    if (closing) {
+#ifdef FILL_COLOUR
+        colour = vec4(meanLook.rgb, 1.0);
+        shape = vec4(0.5, 0.5, 0.0, 0.6);
+#else
+        // what shows between tips is lit, between roots it is not
+        colour.rgb += (1.0 - colour.a) * mix(0.5, 1.0, rest) * meanLook.rgb;
+        shape += (1.0 - colour.a) * vec4(0.5, 0.5, 0.5, mix(0.3, 0.9, rest));
+        colour.a = 1.0;
+#endif
+    } else if (colour.a < 0.004) {
+        return;
+    } else {
+        shape /= max(colour.a, 1e-3);
+        colour *= keptOf(shape.z, share.x, lod);
+    }
+    vec2 tilt = clamp(2.0 * shape.xy - 1.0, -1.0, 1.0);
+    float outwards = sqrt(max(1.0 - dot(tilt, tilt), 0.0)), flipped = mirror ? -1.0 : 1.0;
+    // the same texture from both sides
+    vec2 towards = alongX ? vec2(flipped * tilt.x, way.y > 0.0 ? -outwards : outwards)
+                          : vec2(way.x > 0.0 ? -outwards : outwards, flipped * tilt.x);
+    // turned half-way to the viewer: blades face all ways, and the two of the grid would show where one side takes over
+    vec2 back = -normalize(fromGrid(way)), xz = mix(fromGrid(towards), 0.8 * back, 0.5);
+    if (closing) {
+        tilt.y = 0.75;
+        xz = 0.8 * back;
+    }
+    over(t, colour, vec3(xz.x, tilt.y, xz.y), above_m / max(sward.canopy_m, 1e-3), shape.w);
+    if (reached(t, depth_m, lod + SHARPER)) {
+        t.rest = rest;
+#ifndef SHADOW
+        ivec3 texel = ivec3(ivec2(fract(uv.x) * size.x, min(uv.y * size.y, size.y - 1.0)), layer);
+        t.blade = nameOf(uint(plane) * 2u + uint(alongX), texelFetch(sideBlade, texel, 0).r + 65536u * uint(int(floor(u))));
+#endif
+    }
+}
+
+// A level plane, which shows grass from above; two of them share what there is of it
+void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, float depth_m, vec2 share) {
+    if (share.x <= 0.0) return;
+    vec3 v1 = a.v1, v2 = a.v2;
+    vec2 lean = toGrid(2.0 * at * (1.0 - at) * v1.xz + at * at * v2.xz) * share.y;
+    vec2 uv = inBillboard + (place_m - lean) / billboard_m, size = vec2(textureSize(topColour, 0).xy);
+    float lod = log2(max(pixelAt(depth_m) * size.x / billboard_m, 1e-6));
+    vec4 colour = textureLod(topColour, vec3(uv, 0.0), lod), shape = textureLod(topShape, vec3(uv, 0.0), lod);
+    if (colour.a < 0.004) return;
+    shape /= max(colour.a, 1e-3);
+    float shown = 1.0 - pow(1.0 - min(colour.a, 1.0) * keptOf(shape.z, share.x, lod), part);
+    vec2 tilt = clamp(2.0 * shape.xy - 1.0, -1.0, 1.0), xz = fromGrid(tilt);
+    over(t, colour * (shown / colour.a), vec3(xz.x, sqrt(max(1.0 - dot(tilt, tilt), 0.0)), xz.y), at, shape.w);
+    if (reached(t, depth_m, lod)) {
+        t.rest = at;
+#ifndef SHADOW
+        ivec3 texel = ivec3(ivec2(fract(uv) * size), 0);
+        uvec2 copy = uvec2(ivec2(floor(uv)));
+        t.blade = nameOf(4000000000u + copy.x * 71u + copy.y * 7919u, texelFetch(topBlade, texel, 0).r);
+#endif
+    }
+}
+
+// Where a plane of the grid stands: not quite evenly, or its rows would show
+float standsAt(int plane, uint axis) {
+    int of = axis == 1u ? firstCell.x : firstCell.y;
+    return (float(plane) + irregular * (unit(hash3(uvec3(uint(plane + of), axis, sward.seed ^ 0x2545f491u))).x - 0.5)) * spacing_m;
+}
+
+// From one depth to another; `ground` tells whether the ground is what ends it. Returns the depth at which it left the grass
+// upwards, or was given up before it was opaque, else NOWHERE_M.
+float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, float to, bool onGround, bool filled, int most) {
+    vec2 way = toGrid(ray.xz), start = inCell_m + toGrid(eye_rs.xz), at = start + from * way;
+    way = mix(way, vec2(1e-9), equal(way, vec2(0.0)));
+    // the one before may stand on this side of the ray's beginning
+    ivec2 plane = ivec2(round(at / spacing_m)), turnedTo = ivec2(sign(way));
+    plane -= turnedTo;
+    vec2 next = (vec2(standsAt(plane.x, 1u), standsAt(plane.y, 2u)) - start) / way;
+    for (int k = 0; k < 2; k++) {
+        if (next.x <= from) { plane.x += turnedTo.x; next.x = (standsAt(plane.x, 1u) - start.x) / way.x; }
+        if (next.y <= from) { plane.y += turnedTo.y; next.y = (standsAt(plane.y, 2u) - start.y) / way.y; }
+    }
+    vec3 p_ws = view.origin_ws.xyz + eye_rs + ray * from;
+    float before = from, above = p_ws.y - groundUnderneath(p_ws.xz);
+    vec2 share = shareAt(p_ws, a);
+    for (int k = 0; k < most; k++) {
+        bool acrossX = next.x < next.y;  // a plane of one x, on which z runs
+        float depth_m = min(min(next.x, next.y), to);
+        bool last = depth_m >= to;
+        p_ws = view.origin_ws.xyz + eye_rs + ray * depth_m;
+        float high = last && onGround ? 0.0 : p_ws.y - groundUnderneath(p_ws.xz);
+        share = shareAt(p_ws, a);
+        if (t.depth_m == NOWHERE_M) standUnderForces(a, p_ws);
+#ifdef MIDDLE_PLANE
+        float middle = 0.5 * a.v2.y * share.y;
+        if ((above - middle) * (high - middle) < 0.0) {
+            float there = mix(before, depth_m, (above - middle) / (above - high));
+            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.5, 0.5, there, share);
+        }
+#endif
+        if (high <= 0.0) {
+            float there = mix(before, depth_m, above / max(above - high, 1e-6));
+#ifdef MIDDLE_PLANE
+            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.0, 0.5, there, share);
+#else
+            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.0, 1.0, there, share);
+#endif
+            return NOWHERE_M;
+        }
+        if (last) return NOWHERE_M;
+        if (high > layer_m && high > above) return depth_m;
+        meetSide(t, a, !acrossX, acrossX ? firstCell.x + plane.x : firstCell.y + plane.y, toGrid(eye_rs.xz) + depth_m * way, high, way,
+                 depth_m, share, filled && k == most - 1 && share.x > 0.3);
+#ifdef EARLY_EXIT
+        if (t.colour.a > 0.99) return NOWHERE_M;
+#endif
+        if (acrossX) { plane.x += turnedTo.x; next.x = (standsAt(plane.x, 1u) - start.x) / way.x; }
+        else { plane.y += turnedTo.y; next.y = (standsAt(plane.y, 2u) - start.y) / way.y; }
+        before = depth_m;
+        above = high;
+    }
+    return filled ? NOWHERE_M : before;
+}
+
+// The ray from a point in relative space, to the depth of what is there already
+bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool onGround, out Traced t, out Around a) {
+    lot = unit(hash3(uvec3(pixel, floatBitsToUint(view.jitter.x)))).x;
+    t = Traced(vec4(0.0), vec3(0.0), 0.0, 0.0, NOWHERE_M, 0u, 0.0);
+    vec3 eye = view.origin_ws.xyz + eye_rs;
+    // the source cannot have the camera in the grass; here rays begin there, and go farther
+    bool inside = eye.y + ray.y * range_m.x < groundHeight(eye.xz) + layer_m;
+    float from = inside ? range_m.x : march(eye, ray, layer_m);
+    if (from < range_m.x || from >= min(end_m, range_m.y)) return false;
+    vec3 entry = eye + ray * from;
+    if (distance(entry, view.camera_ws.xyz) > sward.reach_m) return false;
+    vec3 slope = groundNormal(entry.xz);
+    if (slope.y < STEEPEST || slopeShare(slope.y) <= 0.0) return false;
+    a = around(entry);
+    a.dense *= slopeShare(slope.y);
+    // where the ray that ends on the ground came down through the tips for the last time
+    vec3 under = onGround ? groundNormal((eye + ray * end_m).xz) : vec3(0.0, 1.0, 0.0);
+    float down = onGround ? end_m - layer_m / max(-(ray.y + dot(under.xz, ray.xz) / under.y), 1e-4) : NOWHERE_M;
+#ifdef SHADOW
+    follow(t, a, eye_rs, ray, from, NOWHERE_M, false, false, steps);
+    return t.depth_m < NOWHERE_M;
+#endif
+    bool through = !onGround || (inside || down - from > 0.5 * (end_m - down) + 4.0 * spacing_m);
+    float left = follow(t, a, eye_rs, ray, from, end_m, onGround, !through || inside, through ? FARTHER * steps : steps);
+    if (left < NOWHERE_M && onGround && down > left) {
+        vec3 again = eye + ray * down;
+        if (distance(again, view.camera_ws.xyz) < sward.reach_m) {
+            Around other = around(again);
+            other.dense *= under.y < STEEPEST ? 0.0 : slopeShare(under.y);
+            bool first = t.depth_m == NOWHERE_M;
+            follow(t, other, eye_rs, ray, down, end_m, true, true, steps);
+            if (first) a = other;
+        }
+    }
+    return t.depth_m < NOWHERE_M;
+}

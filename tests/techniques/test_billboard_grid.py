@@ -1,0 +1,165 @@
+"""The grid of billboards: what a ray meets in it, how its textures are grown, and what is refused."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from greensward.scene import Camera, InputError
+from greensward.techniques.billboard_grid.pictures import Billboards, mean_length_m
+from greensward.techniques.billboard_grid.settings import Settings
+from greensward.truth import CLASSES
+from oracles import billboard_grid
+from reprojection import world_points
+from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
+
+GRASS_CLASS = CLASSES["grass"]
+STIFF = {**GRASS, "height_m": [0.4, 0.4], "tilt_deg": [0.0, 0.0], "bend": [0.0, 0.0]}
+
+
+def _scene(settings=None, **tables):
+    return small_scene(technique={"name": "billboard-grid", **(settings or {})}, **tables)
+
+
+def _cover(frame) -> float:
+    return float((frame.truth["class"] == GRASS_CLASS).mean())
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 33.0])
+@pytest.mark.parametrize("irregularity", [0.0, 0.8])
+@pytest.mark.parametrize("shell", ["fragment", "compute"])
+def test_a_ray_ends_at_the_first_billboard_that_it_meets(renderer, tmp_path, turn_deg, irregularity, shell):
+    """Billboards opaque but for their upper edge: the depth of every pixel is that of the twin."""
+    wall = np.full((64, 64, 4), 255, np.uint8)
+    wall[:2, :, 3] = 0
+    settings = {"turn_deg": turn_deg, "irregularity": irregularity, "side_texture": "wall.png", "middle_plane": False}
+    scene = with_pictures(
+        tmp_path,
+        {"wall.png": wall},
+        grass=[STIFF],
+        technique={"name": "billboard-grid", "steps": 64, **settings},
+        camera={"position_m": [0.3, 1.1, 2.0], "target_m": [-0.4, 0.1, -1.0]},
+    )
+    drawn = renderer(scene, shell=shell)
+    truth = drawn.render(aovs=["depth", "class"]).truth
+    far = world_points(drawn, scene.camera, np.full(truth["depth"].shape, 50.0)).reshape(-1, 3)
+    eye = drawn._view.camera_ws
+    tall_m, spacing_m = drawn._technique._billboards.tall_m, drawn._technique._spacing_m
+    share, at_m = billboard_grid.first_met(
+        eye, far - eye, spacing_m, np.radians(turn_deg), irregularity, tall_m, scene.seed
+    )
+    grass = truth["class"].ravel() == GRASS_CLASS
+    # where the threshold lies within the soft upper edge, or between the posts of a corner, is left to the texture
+    sure = grass & (at_m < 0.9 * tall_m) & (at_m > 0.02 * tall_m)
+    assert sure.mean() > 0.3
+    away = np.abs(truth["depth"].ravel() - 50.0 * share)[sure]
+    assert np.quantile(away, 0.98) < 2e-3
+    assert (away < 2e-3).mean() > 0.97
+
+
+def test_billboards_show_the_blades_that_a_slab_holds(ctx):
+    scene = _scene(grass=[STIFF])
+    settings = Settings(layers=6, texture_px=512)
+    billboards = Billboards(ctx, scene, settings)
+    slab_m = 0.25 * np.pi * settings.spacing * mean_length_m(scene)
+    assert billboards.tall_m == pytest.approx(0.4, rel=0.02)
+    texture = billboards._textures[0]
+    columns, rows, layers = texture.size
+    colour = np.frombuffer(texture.read(), np.float16).reshape(layers, rows, columns, 4).astype(np.float64)
+    opacity = colour[..., 3]
+    # blades of 16 mm that hide each other, a little narrower than that at a quarter of their height
+    quarter = opacity[:6, rows // 4].mean()
+    assert quarter == pytest.approx(1.0 - np.exp(-60.0 * slab_m * 0.016 * 0.9), rel=0.35)
+    assert opacity[6, rows // 4].mean() > 2.5 * quarter
+    # the edges meet: what stands across one goes on at the other
+    jump = np.abs(colour[:, :, 0] - colour[:, :, -1]).mean()
+    assert jump < 2.0 * np.abs(np.diff(colour, axis=2)).mean() + 1e-3
+    assert billboards.opacity_from_above < 0.02
+    assert billboards.nbytes > colour.size * 2
+    billboards.release()
+    leaning = Billboards(ctx, _scene(), settings)
+    assert 0.05 < leaning.opacity_from_above < 0.9
+    leaning.release()
+
+
+def test_grass_stands_out_against_the_sky(renderer):
+    """What the source cannot: a silhouette beyond the ground's own."""
+    sowing = {"density_per_m2": 300.0, "reach_m": 80.0}
+    scene = _scene(ground=NOISE, sowing=sowing, camera={"position_m": [0.0, 1.0, 4.0], "target_m": [0.0, 1.4, -3.0]})
+    drawn = renderer(scene)
+    grass = drawn.render(aovs=["class"]).truth["class"]
+    bare = renderer(_scene(ground=NOISE, grass=[], camera=scene.camera.model_dump())).render(aovs=["class"])
+    assert ((grass == GRASS_CLASS) & (bare.truth["class"] == CLASSES["sky"])).sum() > 20
+
+
+@pytest.mark.parametrize("height_m", [0.05, 0.25, 0.5, 6.0])
+def test_the_camera_may_be_anywhere(renderer, height_m):
+    """Down in the grass, at its tips and high above, looking ahead and straight down."""
+    for target in ([0.0, height_m, -5.0], [0.0, -10.0, 0.0]):
+        camera = {"position_m": [0.0, height_m, 0.0], "target_m": target, "near_m": 0.02}
+        dense = {"density_per_m2": 400.0, "reach_m": 30.0}
+        frame = renderer(_scene(sowing=dense, camera=camera)).render(aovs=["class", "depth"])
+        assert _cover(frame) > 0.25
+        assert (frame.truth["depth"] >= 0.02).all()
+
+
+def test_no_grass_on_what_is_steeper_than_60_degrees(renderer):
+    steep = {**NOISE, "height_m": 30.0, "wavelength_m": 20.0}
+    scene = _scene(ground=steep, sowing={"max_slope_deg": 90.0, "density_per_m2": 400.0, "reach_m": 60.0})
+    drawn = renderer(scene)
+    truth = drawn.render(aovs=["class", "depth", "normal"]).truth
+    bare = renderer(_scene(ground=steep, grass=[])).render(aovs=["normal", "class", "depth"]).truth
+    wall = (bare["class"] == CLASSES["ground"]) & (bare["normal"][..., 1] < 0.35) & (bare["depth"] < 40.0)
+    assert (truth["class"] == GRASS_CLASS).any()
+    assert wall.sum() > 50
+    assert (truth["class"][wall] == GRASS_CLASS).mean() < 0.3
+
+
+def test_forces_press_it_down(renderer):
+    press = {"kind": "tracks", "path": [[-6.0, 0.0], [6.0, 0.0]], "tyre_m": 1.5, "gauge_m": 1.5}
+    above = Camera(position_m=(0.0, 0.8, 4.0), target_m=(0.0, 0.2, 0.0))
+    dense = {"density_per_m2": 300.0}
+    depths = []
+    for force in ([], [press]):
+        drawn = renderer(_scene(sowing=dense, force=force))
+        truth = drawn.render(1.0, camera=above, aovs=["depth", "class"]).truth
+        points = world_points(drawn, above, np.where(np.isinf(truth["depth"]), 1e3, truth["depth"]))
+        track = (np.abs(points[..., 2]) < 0.5) & (np.abs(points[..., 0]) < 3.0)
+        depths.append(points[..., 1][track].mean())
+    assert depths[1] < 0.85 * depths[0]
+
+
+def test_gusts_run_over_it(renderer):
+    """Where it leans and when: the same gust later stands downwind."""
+    wind = {**BREEZE, "direction_deg": 270.0, "gust_m": 3.0, "gustiness": 1.0, "turbulence": 0.0}
+    high = {"position_m": [0.0, 8.0, 0.01], "target_m": [0.0, 0.0, 0.0]}
+    drawn = renderer(_scene(wind=[wind], camera=high, sowing={"density_per_m2": 300.0}))
+    motion = []
+    for time_s in (1.0, 1.4):
+        drawn.render(time_s - 0.05)
+        motion.append(drawn.render(time_s, aovs=["motion"]).truth["motion"][..., 0])
+    rows = [np.nan_to_num(each).mean(axis=0) - np.nan_to_num(each).mean() for each in motion]
+    likeness = [np.corrcoef(rows[0][: 160 - shift], rows[1][shift:])[0, 1] for shift in range(60)]
+    assert int(np.argmax(likeness)) > 5
+
+
+@pytest.mark.parametrize(
+    ("settings", "tables", "said"),
+    [
+        ({"spacing": 0.005, "billboard_m": 2.0, "texture_px": 64}, {}, "technique.spacing: must be at least a texel"),
+        ({}, {"growth": {}}, "must not be billboard-grid with [growth]"),
+    ],
+    ids=["below a texel", "growth"],
+)
+def test_refuses(renderer, settings, tables, said):
+    with pytest.raises(InputError) as error:
+        renderer(_scene(settings, **tables))
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("alpha", [0, 255])
+@pytest.mark.parametrize("key", ["side_texture", "top_texture"])
+def test_refuses_textures_that_cut_nothing_out(renderer, tmp_path, key, alpha):
+    Image.fromarray(np.full((4, 4, 4), alpha, np.uint8)).save(tmp_path / "grass.png")
+    with pytest.raises(InputError, match=f"grass.png: technique.{key}: must have an alpha channel"):
+        renderer(_scene({key: "grass.png"}).in_folder(tmp_path))
