@@ -1,5 +1,7 @@
 """How frames are measured: paths, medians, passes, floors, and what was counted."""
 
+from itertools import count
+
 import moderngl
 import numpy as np
 import pytest
@@ -188,3 +190,19 @@ def test_a_lost_device_ends_the_measurement():
     lost = type("Lost", (), {"error": "GL_CONTEXT_LOST"})()
     with pytest.raises(DeviceLostError, match="the driver failed with GL_CONTEXT_LOST"):
         protocol._refuse_lost(lost)
+
+
+def test_a_gpu_is_warmed_up_for_a_second():
+    assert pace("quick", None, software=False).warm_s == pace("thesis", None, software=False).warm_s == 1.0
+    assert pace("quick", None, software=True).warm_s == 0.0
+
+
+@pytest.mark.parametrize(("warm_s", "least", "most"), [(0.0, 1, 5), (6.0, 8, 61)])
+def test_frames_to_warm_up_go_on_for_so_long(renderer, monkeypatch, warm_s, least, most):
+    """By a clock of which every look takes a tenth of a second."""
+    drawn, cameras, clock = renderer(small_scene(), size=SIZE), [], count()
+    draw = drawn.draw
+    monkeypatch.setattr(drawn, "draw", lambda *args, **more: (cameras.append(more["camera"]), draw(*args, **more)))
+    monkeypatch.setattr(protocol.time, "perf_counter", lambda: 0.1 * next(clock))
+    measure(drawn, drawn.scene.camera, SIZE, Pace("quick", 1, warm_up=1, warm_s=warm_s))
+    assert least <= cameras.count(cameras[0]) <= most
