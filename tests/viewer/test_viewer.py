@@ -15,6 +15,7 @@ from driving import Driver
 
 import greensward as gs  # isort: skip
 from greensward.gpu import program
+from greensward.techniques import SETTINGS
 from greensward.viewer import controls as c
 from greensward.viewer.contexts import Contexts
 from greensward.viewer.session import Session
@@ -92,7 +93,7 @@ def test_one_walks_and_looks_around(drive):
 def test_every_technique_by_its_number(drive):
     d = drive()
     camera = d.session.camera()
-    for number, name in enumerate(("bezier-blades", "tessellated-quads", "visibility-buffer"), start=1):
+    for number, name in enumerate(SETTINGS, start=1):
         d.key(f"_{number}")
         d.ready()
         renderer = d.viewer.panes[0].renderer

@@ -84,6 +84,7 @@ def _known(old: Any, new: Any, written: Mapping[str, Node]) -> dict[str, Any]:
     if not isinstance(new, BaseModel):
         return {}
     known = usual(type(new), held(new))
+    known.pop("kind", None)  # a model's own is not what a table without one means
     if type(old) is type(new) and kind_of(type(new)) and "kind" not in written:
         known["kind"] = kind_of(type(new))  # where it is left out, it is the first
     return known
