@@ -213,6 +213,18 @@ def test_what_ends_badly_is_rescued(tmp_path, monkeypatch):
     assert scene.resolve(scene.sowing.density_map).exists()
 
 
+def test_what_could_not_be_read_again_is_not_written(tmp_path):
+    file = tmp_path / "a.toml"
+    file.write_text("seed = 3\n")
+    session = Session(str(file))
+    camera = session.scene.camera.model_copy(update={"position_m": (1e9, 0.0, 0.0)})  # as no model lets through
+    session.put(session.scene.model_copy(update={"camera": camera}).in_folder(tmp_path), "somehow")
+    assert not session.save()
+    assert "could not be read again" in session.notices.pop().text
+    assert file.read_text() == "seed = 3\n"
+    session.close()
+
+
 def test_what_is_write_protected_stays(tmp_path, monkeypatch):
     file = tmp_path / "a.toml"
     file.write_text("seed = 3\n")

@@ -101,9 +101,19 @@ def save(scene: Scene, path: Path, original: str | None) -> tuple[Scene, str]:
         raise InputError(f"{path}: is write-protected; save under another name")
     moved = _with_files_beside(scene, path)
     text = text_of(moved, original)
+    _check_that_it_loads(text, path)
     with written_aside(path) as stream:
         stream.write(text.encode())
     return moved.in_folder(path.parent), text
+
+
+def _check_that_it_loads(text: str, path: Path) -> None:
+    """What cannot be read again must not take a good file's place."""
+    try:
+        Scene.model_validate(tomllib.loads(text.removeprefix("\ufeff")))
+    except ValueError as error:
+        reason = "; ".join(str(error).splitlines()[:3])
+        raise InputError(f"{path}: not written, as the scene could not be read again: {reason}") from None
 
 
 def _with_files_beside(scene: Scene, path: Path) -> Scene:
