@@ -182,6 +182,68 @@ def test_painted_maps_are_saved_beside_the_scene(tmp_path, session):
     assert np.asarray(Image.open(again.resolve(name)))[..., 2].min() < 100
 
 
+def test_painting_undone_and_saved(tmp_path):
+    file = tmp_path / "a.toml"
+    file.write_text("# mine\nseed = 3\n")
+    session = Session(str(file))
+    _stroke(session, "mow", (0.0, -5.0), (0.0, 5.0))
+    assert session.save()
+    mown = gs.load(file)
+    session.undo()
+    assert session.unsaved, "saving is no step of its own"
+    assert session.save()
+    assert file.read_text().startswith("# mine\nseed = 3\n")
+    assert gs.load(file).sowing.density_map is None
+    session.redo()
+    assert session.save()
+    session.close()
+    again = gs.load(file)
+    assert np.array_equal(*(np.asarray(Image.open(s.resolve(s.sowing.density_map))) for s in (mown, again)))
+
+
+def test_what_ends_badly_is_rescued(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    session = Session("meadow")
+    assert session.rescue() is None
+    _stroke(session, "mow", (0.0, -5.0), (0.0, 5.0))
+    kept = session.rescue()
+    session.close()
+    assert kept == Path("meadow-rescued-001.toml")
+    scene = gs.load(kept)
+    assert scene.resolve(scene.sowing.density_map).exists()
+
+
+def test_what_could_not_be_read_again_is_not_written(tmp_path):
+    file = tmp_path / "a.toml"
+    file.write_text("seed = 3\n")
+    session = Session(str(file))
+    camera = session.scene.camera.model_copy(update={"position_m": (1e9, 0.0, 0.0)})  # as no model lets through
+    session.put(session.scene.model_copy(update={"camera": camera}).in_folder(tmp_path), "somehow")
+    assert not session.save()
+    assert "could not be read again" in session.notices.pop().text
+    assert file.read_text() == "seed = 3\n"
+    session.close()
+
+
+def test_what_is_write_protected_stays(tmp_path, monkeypatch):
+    file = tmp_path / "a.toml"
+    file.write_text("seed = 3\n")
+    session = Session(str(file))
+    session.change(("seed",), 4)
+    monkeypatch.setattr("os.access", lambda *_: False)
+    assert not session.save()
+    assert "write-protected" in session.notices.pop().text
+    assert file.read_text() == "seed = 3\n"
+    session.close()
+
+
+def test_a_view_that_a_scene_cannot_have_is_not_kept(session):
+    session.walker.position_ws[:] = (1e7, 2.0, 3.0)
+    session.keep_view()
+    assert all(notice.bad for notice in session.notices)
+    assert not session.unsaved
+
+
 def test_files_of_a_preset_come_along_when_it_is_saved(tmp_path):
     session = Session("jahrmann2013-oasis")
     assert not session.save()

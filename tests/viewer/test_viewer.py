@@ -1,5 +1,6 @@
 """The whole user interface, driven event by event without a window."""
 
+import os
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -281,6 +282,167 @@ def test_saving_asks_for_a_name_where_there_is_none(drive):
         if not d.viewer.face.dialogs.open:
             break
     assert Path("yan2024-random-001.toml").exists()
+
+
+def _press_buttons_until(d, done, x):
+    """Click downwards at a place until something is done: buttons have no address."""
+    for y in range(-140, 150, 8):
+        d.frames(1, c.Move(d.size[0] / 2 + x, d.size[1] / 2 + y))
+        d.frames(1, c.Click("left", True))
+        d.frames(2, c.Click("left", False))
+        if done():
+            return
+    raise AssertionError("there is no such button")
+
+
+def test_a_file_that_someone_else_wrote_is_not_replaced_unasked(drive):
+    d = drive()
+    d.session.change(("seed",), 7)
+    Path("field.toml").write_text("broken = ")
+    _disk_time_passes(d)
+    assert d.viewer.problems
+    d.key("s", "left_ctrl")
+    d.frames(2)
+    assert d.viewer.face.dialogs.open
+    assert Path("field.toml").read_text() == "broken = "
+    _press_buttons_until(d, lambda: not d.viewer.face.dialogs.open, -220)  # Replace
+    assert "seed = 7" in Path("field.toml").read_text()
+    _disk_time_passes(d)
+    assert d.viewer.problems == (), "what is mended is no longer told"
+
+
+def test_a_change_on_disk_is_seen_while_something_is_dragged(drive):
+    d = drive()
+    d.session.change(("seed",), 7)
+    Path("field.toml").write_text(SCENE + "[post]\nexposure_ev = 1\n")
+    d.session.change(("post", "exposure_ev"), 0.5)
+    d.frames(1)
+    _disk_time_passes(d)
+    assert d.session.scene.post.exposure_ev == 1.0
+    d.key("z", "left_ctrl")
+    assert (d.session.scene.seed, d.session.scene.post.exposure_ev) == (7, 0.5)
+
+
+def test_a_file_that_is_gone_is_told_on_leaving_and_can_be_written_again(drive):
+    d = drive()
+    Path("field.toml").unlink()
+    _disk_time_passes(d)
+    d.frames(2, c.Close())
+    assert not d.viewer.done
+    assert "no longer there" in d.viewer.would_be_lost[0]
+    _press_buttons_until(d, lambda: d.viewer.done, -220)  # Save
+    assert gs.load("field.toml") == d.session.scene
+
+
+def test_leaving_by_saving_a_preset_leaves(drive):
+    d = drive()
+    d.viewer.open("yan2024-random")
+    d.session.change(("seed",), 7)
+    d.frames(2, c.Close())
+    _press_buttons_until(d, lambda: d.viewer.face.dialogs._asked == "save", -220)
+    d.frames(2)
+    _press_buttons_until(d, lambda: not d.viewer.face.dialogs.open, 125)
+    assert d.viewer.done
+    assert gs.load("yan2024-random-001.toml").seed == 7
+
+
+@pytest.mark.parametrize("name", ["", "/", ".", "..", "~", "~nobody-of-this-name/x", "x" * 5000, "a\0b", "/etc/"])
+@pytest.mark.parametrize("dialog", ["ask_save_as", "picture", "ask_open"])
+def test_whatever_is_typed_as_a_file(drive, dialog, name):
+    d = drive()
+    d.viewer.act(dialog)
+    d.viewer.face.dialogs._text = name
+    d.frames(3)
+    assert d.viewer.face.dialogs.open
+    if dialog == "ask_open":
+        d.viewer.face.dialogs.cancel()
+        d.viewer.open(name)
+        d.frames(2)
+        assert d.viewer.told[-1][1]
+
+
+def test_names_of_files_that_are_no_text(drive):
+    d = drive()
+    name = os.fsdecode(b"w\xffld.toml")
+    Path(name).write_text("seed = 2\n[sowing]\ndensity_per_m2 = 5\nreach_m = 5\n")
+    d.viewer.ask_open()
+    d.frames(3)
+    d.viewer.face.dialogs.cancel()
+    d.viewer.open(name)
+    d.session.tell(f"{name} %s%n", bad=True)
+    d.viewer.ask_save_as()
+    d.frames(3)
+    assert d.session.scene.seed == 2
+
+
+def test_pictures_in_a_row_have_names_of_their_own(drive):
+    d = drive()
+    d.viewer.draw_picture(Path("field-001.png"), (640, 480), 4096)
+    assert not d.viewer.draw_picture(Path("field-001.png"), (96, 64), 1)
+    d.viewer.picture()
+    assert d.viewer.face.dialogs._text == "field-002.png"
+    d.viewer.face.dialogs.cancel()
+
+
+def test_what_is_dragged_may_vanish(drive):
+    d = drive(SCENE + '[[object]]\nkind = "sphere"\nposition_m = [0, 0, 0]\nsize_m = [1, 1, 1]\n')
+    for again in (True, False):
+        d.viewer.choose_tool("move")
+        d.frames(2, c.Move(400, 300))
+        spot = d.viewer.sight.spot(d.viewer.hand.handles[0].at_ws)
+        d.frames(2, c.Move(*spot))
+        d.frames(1, c.Click("left", True))
+        assert d.viewer.hand.held
+        d.key("z", "left_ctrl")  # waits for the hand
+        d.session.remove(("object", 0))
+        if again:
+            d.frames(2, c.Move(spot[0] + 40, spot[1]))
+        d.frames(2, c.Click("left", False))
+        assert d.session.scene.object == ()
+        d.session.undo()
+        d.ready()
+
+
+def test_the_lens_follows_the_scene_on_any_page(drive):
+    d = drive()
+    d.viewer.face.go_to("Scene")
+    d.frames(2)
+    d.session.change(("camera", "fov_y_deg"), 20.0)
+    d.frames(1)
+    assert d.session.camera().fov_y_deg == 20.0
+
+
+def test_a_way_that_cannot_be_written_goes_on(drive, monkeypatch):
+    d = drive()
+    d.key("f5")
+    d.frames(6, c.Press("w"), seconds=0.1)
+    monkeypatch.setattr(gs.CameraPath, "write", _refused)
+    d.key("f5")
+    assert "disk is full" in d.told()
+    assert "record_path" in d.viewer.recorder.running
+    monkeypatch.undo()
+    d.key("f5")
+    assert Path("field-path-001.toml").exists()
+
+
+def _refused(*_):
+    raise gs.GreenswardError("the disk is full")
+
+
+def test_an_error_of_the_driver_leaves_the_last_picture(drive, monkeypatch):
+    d = drive()
+    renderer = d.viewer.panes[0].renderer
+
+    def lost(_):
+        raise ValueError("device lost")
+
+    monkeypatch.setattr(renderer, "change", lost)
+    d.session.change(("post", "exposure_ev"), 1.0)
+    d.frames(3)
+    assert "device lost" in d.viewer.panes[0].problems[0]
+    d.key("z", "left_ctrl")
+    d.frames(2)
+    assert d.scene_part.std() > 10
 
 
 def test_leaving_with_changes_asks(drive):

@@ -132,6 +132,43 @@ def test_it_circles_around_what_it_looked_at():
     assert np.linalg.norm(walker.position_ws - pivot) < away
 
 
+def test_it_circles_with_the_mouse_and_walks_on_at_its_height():
+    walker = _walker(_scene())
+    walker.move(Intent(turn_px=(0.0, 60.0)), 0.0)
+    walker.hold()
+    pivot = walker.pivot_ws.copy()
+    for _ in range(5):
+        walker.circle((20.0, -2.0))
+    way = pivot - walker.position_ws
+    assert way / np.linalg.norm(way) == pytest.approx(walker.forward_ws, abs=1e-6)
+    assert walker.mode == "walk"
+    height_m = walker.position_ws[1]
+    assert height_m != pytest.approx(1.7)
+    _go(walker, AHEAD, 1.0)
+    assert walker.position_ws[1] == pytest.approx(height_m, abs=0.02)
+    walker.circle((0.0, 400.0))
+    assert walker.mode == "fly", "nobody falls out of the sky"
+    walker.circle((0.0, -9999.0))
+    assert walker.position_ws[1] >= 0.2
+
+
+@pytest.mark.parametrize("height_m", [0.3, 1.7, 3.2, 9.0])
+def test_it_stays_where_the_scenes_camera_stands(height_m):
+    scene = _scene().model_copy(update={"camera": gs.Camera(position_m=(0, height_m, 8), target_m=(0, 0, 0))})
+    walker = _walker(scene)
+    _go(walker, Intent(), 1.0)
+    assert walker.position_ws == pytest.approx([0.0, height_m, 8.0])
+
+
+def test_it_zooms_within_reason():
+    walker = _walker(_scene())
+    walker.zoom(0.5)
+    assert walker.camera().fov_y_deg == pytest.approx(25.0)
+    for factor, end in ((1e9, 110.0), (1e-9, 2.0)):
+        walker.zoom(factor)
+        assert walker.camera().fov_y_deg == end
+
+
 def test_without_ground_there_is_no_walking():
     scene = gs.load("planet")
     walker = _walker(scene)

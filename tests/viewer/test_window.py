@@ -132,6 +132,43 @@ def test_the_loop_runs_until_the_window_closes(display, tmp_path):
     assert done.stdout.strip() == "left after 30", done.stderr
 
 
+LOST = """
+import os, signal
+from greensward.cli import main
+from greensward.viewer import viewer, window
+
+drawn = viewer.Viewer.frame
+count = 0
+def frame(self, *args, **kwargs):
+    global count
+    count += 1
+    if count == 3:
+        self.session.change(("seed",), 7)
+        {deed}
+    assert count < 99
+    drawn(self, *args, **kwargs)
+viewer.Viewer.frame = frame
+main(["view", "yan2024-random", "--size", "640x480"])
+"""
+
+
+@needs_x
+@pytest.mark.parametrize(
+    "deed",
+    [
+        "raise RuntimeError('device lost')",
+        "os.kill(os.getpid(), signal.SIGTERM)",
+        "[signal.raise_signal(2) for _ in range(2)]",
+    ],
+)
+def test_what_ends_it_loses_nothing(display, tmp_path, deed):
+    done = _python(LOST.format(deed=deed), tmp_path, DISPLAY=display)
+    assert "Traceback" not in done.stderr
+    assert "yan2024-random-rescued-001.toml" in done.stderr
+    assert done.returncode != 0
+    assert "seed = 7" in (tmp_path / "yan2024-random-rescued-001.toml").read_text()
+
+
 VIEW = 'from greensward.cli import main; main(["view", "yan2024-random"])'
 
 

@@ -113,7 +113,8 @@ class Hand:
         if self._paints:
             self._session.lift()
         if self.held is not None:
-            self._put(self.held)
+            if self._is_there(self.held):
+                self._put(self.held)
             self._session.history.seal()
         self.captured, self._paints, self.held = False, False, None
         return was
@@ -148,12 +149,22 @@ class Hand:
             away, path = min(near, key=lambda each: each[0], default=(math.inf, None))
             self.near = path if free and away <= _NEAR else None
             return
+        if not self._is_there(self.held):
+            self.held = None
+            return
         held = self.held
         if self.on_ground is not None:
             held = self.held = held.moved(self.on_ground, session.heights)
             if held.live:
                 self._put(held)
         self.handles = [held if each.path == held.path else each for each in self.handles]
+
+    def _is_there(self, handle: Handle) -> bool:
+        """Whether the scene still has it: a file that changed meanwhile may not."""
+        try:
+            return value_at(self._session.scene, handle.path) is not None
+        except (IndexError, AttributeError):
+            return False
 
     def _put(self, handle: Handle) -> None:
         before = value_at(self._session.scene, handle.path)

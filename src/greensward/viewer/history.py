@@ -51,6 +51,10 @@ class History:
         del self._steps[: max(0, len(self._steps) - _MOST)]
         self._at = len(self._steps) - 1
 
+    def settle(self, scene: Scene) -> None:
+        """The same scene under other names of its files: no step of its own."""
+        self._steps[self._at] = _Step(scene, self._steps[self._at].what, None)
+
     def seal(self) -> None:
         """End a drag: what follows is a step of its own."""
         last = self._steps[self._at]

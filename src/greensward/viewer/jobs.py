@@ -93,6 +93,10 @@ class VideoJob:
         finally:
             self._writer.__exit__(None, None, None)
 
+    def give_up(self) -> None:
+        """End it without a file."""
+        self._writer.__exit__(_StoppedError, None, None)
+
 
 class PathRecorder:
     """Where the eye is, ten times a second."""

@@ -22,9 +22,9 @@ def show(
     """A view of a scene, of a preset's name or of a file, for the last line of a cell in Jupyter.
 
     Drag to look about, or with the right button to go around what is in the middle; where there is no ground, both do
-    that. WASD or the arrows walk, Q and E go down and up, shift is faster. The wheel zooms. The space bar stops and
-    starts time, which begins at `time_s`; a picture that rests grows clean. `size` is that on the page in pixels;
-    where frames take long, fewer are drawn while something moves.
+    that. WASD or the arrows walk, around what stands in the way, Q and E make you smaller and taller, shift is fast.
+    The wheel zooms. The space bar stops and starts time, which begins at `time_s`; a picture that rests grows clean.
+    `size` is that on the page in pixels; where frames take long, fewer are drawn while something moves.
 
     What is returned has `technique`, `playing` and `time_s`, which may be set at any time, and `eye.camera()`.
     Raises `InputError` for what the scene asks and cannot be had, and `GreenswardError` without the extra `notebook`.

@@ -38,6 +38,7 @@ class _Made:
         ctx = self.slot.ctx
         if self.target is not None:
             self.free_target()
+        self.target = self.colour = None  # where there is no memory for another
         self.size = size
         self.colour = ctx.texture(size, 4)
         self.colour.filter = moderngl.LINEAR, moderngl.LINEAR
@@ -138,6 +139,9 @@ class Pane:
                     changed = good.renderer.change(scene)
             except GreenswardError as error:
                 self._refuse(scene, _told(error))
+                return False
+            except Exception as error:
+                self._refuse(scene, (f"{type(error).__name__}: {error}",))
                 return False
             if changed:
                 good.scene, self.problems, self.blended = scene, (), 0

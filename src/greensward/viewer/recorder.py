@@ -5,7 +5,7 @@ from pathlib import Path
 from greensward.io.camera_path import CameraPath
 from greensward.io.rasters import check_writable
 from greensward.io.video import check_video, find_ffmpeg
-from greensward.scene import Camera, GreenswardError
+from greensward.scene import Camera, GreenswardError, InputError
 from greensward.viewer.jobs import VIDEO_FPS, PathRecorder, PictureJob, VideoJob
 from greensward.viewer.pane import Pane
 from greensward.viewer.saving import free_name
@@ -36,11 +36,17 @@ class Recorder:
         """Whether a video is being recorded, whose pictures keep their size."""
         return self._video is not None
 
+    def free_name(self, suffix: str) -> Path:
+        """A file that is not there yet, nor about to be."""
+        return free_name(self.folder, self._session.origin.name, suffix, [job.path for job in self._pictures])
+
     def draw(self, camera: Camera, path: Path, size: tuple[int, int], samples: int) -> bool:
         """Begin a picture of what is seen now; returns whether it can be written."""
         session = self._session
         try:
             check_writable(path)
+            if any(job.path == path for job in self._pictures):
+                raise InputError(f"{path}: is being drawn; wait for it, or choose another name")
         except GreenswardError as error:
             session.tell(str(error), bad=True)
             return False
@@ -52,16 +58,18 @@ class Recorder:
         if self._way is None:
             self._way = PathRecorder()
             return
-        stations, self._way = self._way.stations, None
+        stations = self._way.stations
         if len(stations) < 2:
+            self._way = None
             return
         path = free_name(self.folder, f"{self._session.origin.name}-path", ".toml")
         try:
             self._track = CameraPath.recorded(stations)
             self._track.write(path)
         except GreenswardError as error:
-            self._session.tell(str(error), bad=True)
+            self._session.tell(f"{error}; the way is still being recorded", bad=True)
         else:
+            self._way = None
             self._session.tell(f"Saved {path}. F7 goes it again; `greensward animate --camera-path` makes a clip")
 
     def toggle_playing(self) -> None:
@@ -89,7 +97,7 @@ class Recorder:
             return
         width, height = pane.picture[1]
         size = max(width // 2 * 2, 2), max(height // 2 * 2, 2)  # as encoders want it
-        path = free_name(self.folder, self._session.origin.name, ".mp4")
+        path = self.free_name(".mp4")
         try:
             find_ffmpeg()
             check_video(path, size, VIDEO_FPS, None)
@@ -116,6 +124,7 @@ class Recorder:
                 self._video.add(pane.read, seconds)
             except GreenswardError as error:
                 self._session.tell(str(error), bad=True)
+                self._video.give_up()
                 self._video = None
         for job in [job for job in self._pictures if not job.running]:
             self._pictures.remove(job)

@@ -1,9 +1,11 @@
 """Where a scene comes from and goes to: its file, its text, and the files that it names."""
 
 import hashlib
+import os
 import re
 import shutil
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,6 +44,45 @@ def _text(path: Path) -> str:
     return path.read_bytes().decode("utf-8-sig")
 
 
+def changed_elsewhere(origin: Origin) -> bool:
+    """Whether someone else has written the file since it was read or saved."""
+    if origin.file is None:
+        return False
+    try:
+        return _text(origin.file) != origin.text
+    except FileNotFoundError:
+        return False
+    except (OSError, ValueError):
+        return True
+
+
+def is_there(path: Path) -> bool:
+    """Whether there is such a file; one that cannot be asked for is not."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
+
+
+def typed(text: str, ending: str) -> Path | None:
+    """The file that someone names, with this ending if they give none; None where that is no file's name."""
+    text = text.strip()
+    try:
+        path = Path(text).expanduser()
+        if not text or text.endswith(("/", os.sep)) or path.is_dir():
+            return None
+        path = path if path.suffix else path.with_suffix(ending)
+        path.exists()
+    except (OSError, ValueError, RuntimeError):  # too long a name, no name, no such user
+        return None
+    return path
+
+
+def legible(text: str) -> str:
+    """A text that can be shown; names of files may hold bytes that are no characters."""
+    return text.encode(errors="replace").decode()
+
+
 def text_of(scene: Scene, original: str | None) -> str:
     """The scene as TOML; with the comments and the order of the text that it was opened from."""
     return saved_text(original, scene)
@@ -56,11 +97,23 @@ def save(scene: Scene, path: Path, original: str | None) -> tuple[Scene, str]:
         raise InputError(f"{path}: the file's name must end in .toml")
     if not path.parent.is_dir():
         raise InputError(f"{path}: there is no folder {path.parent}; make it first")
+    if path.exists() and not os.access(path, os.W_OK):  # a file put in its place would not ask
+        raise InputError(f"{path}: is write-protected; save under another name")
     moved = _with_files_beside(scene, path)
     text = text_of(moved, original)
+    _check_that_it_loads(text, path)
     with written_aside(path) as stream:
         stream.write(text.encode())
     return moved.in_folder(path.parent), text
+
+
+def _check_that_it_loads(text: str, path: Path) -> None:
+    """What cannot be read again must not take a good file's place."""
+    try:
+        Scene.model_validate(tomllib.loads(text.removeprefix("\ufeff")))
+    except ValueError as error:
+        reason = "; ".join(str(error).splitlines()[:3])
+        raise InputError(f"{path}: not written, as the scene could not be read again: {reason}") from None
 
 
 def _with_files_beside(scene: Scene, path: Path) -> Scene:
@@ -104,13 +157,13 @@ def same_picture(path: Path, canvas: npt.NDArray[np.uint8]) -> bool:
     return bool(np.array_equal(read_rgba(path)[..., :3], canvas))
 
 
-def free_name(folder: Path, stem: str, suffix: str) -> Path:
-    """A file that is not there yet: `meadow-001.png`, then `meadow-002.png`."""
+def free_name(folder: Path, stem: str, suffix: str, taken: Iterable[Path] = ()) -> Path:
+    """A file that is neither there nor `taken`: `meadow-001.png`, then `meadow-002.png`."""
     stem = re.sub(r"[^\w-]+", "-", stem).strip("-") or "scene"
     numbers = (
         int(found[1])
-        for p in folder.glob(f"{stem}-*{suffix}")
-        if (found := re.fullmatch(rf".*-(\d+){re.escape(suffix)}", p.name))
+        for p in (*folder.glob(f"{stem}-*{suffix}"), *taken)
+        if p.parent == folder and (found := re.fullmatch(rf"{re.escape(stem)}-(\d+){re.escape(suffix)}", p.name))
     )
     return folder / f"{stem}-{max(numbers, default=0) + 1:03d}{suffix}"
 

@@ -1,5 +1,6 @@
 """What someone at the controls has before them: a scene and its past, time, an eye, a brush. No window, no GPU."""
 
+import contextlib
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -69,6 +70,14 @@ class Session:
     def unsaved(self) -> bool:
         """Whether the scene differs from the file, or the preset, that it came from."""
         return self.scene != self._saved
+
+    @property
+    def would_be_lost(self) -> list[str]:
+        """What leaving the scene now would lose, in words."""
+        if self.unsaved:
+            return [f"{self.name} has changes that are not saved."]
+        gone = self.origin.file is not None and not saving.is_there(self.origin.file)
+        return [f"{self.origin.file} is no longer there; what you see is all there is of it."] if gone else []
 
     @property
     def name(self) -> str:
@@ -179,9 +188,8 @@ class Session:
 
     def keep_view(self) -> None:
         """Make what is seen now the scene's own camera."""
-        camera = self.camera()
-        self.change(("camera",), camera)
-        self.tell("The scene opens with this view from now on.")
+        if self.change(("camera",), self.camera().model_dump()):  # of plain values, which are checked
+            self.tell("The scene opens with this view from now on.")
 
     def go_back(self) -> None:
         """Stand where the scene's camera is."""
@@ -203,6 +211,11 @@ class Session:
         self._entered = new
         water = new.water.level_m if new.water else float("-inf")
         self.walker.enter(self.heights, obstacles, water)
+
+    def look_at_files_again(self) -> None:
+        """Files that the scene names have changed, the ground's perhaps."""
+        self._entered = None
+        self._enter()
 
     # Painting -----------------------------------------------------------------------------------------------
 
@@ -280,11 +293,23 @@ class Session:
         except (GreenswardError, OSError) as error:
             self.tell(str(error), bad=True)
             return False
-        self.origin = replace(origin, name=self.origin.name)
         if not self.put(scene, "the file changed"):
             return False
+        self.origin = replace(origin, name=self.origin.name)
         self._saved = scene
         return True
+
+    def rescue(self) -> Path | None:
+        """Before all ends, write what is not saved to a file of its own; None where nothing is, or nowhere can."""
+        if not self.unsaved:
+            return None
+        here = self.origin.file.parent if self.origin.file else Path()
+        for folder in (here, Path("~"), Path(tempfile.gettempdir())):
+            with contextlib.suppress(OSError, RuntimeError):
+                path = saving.free_name(folder.expanduser(), f"{self.origin.name}-rescued", ".toml")
+                if self.save(path):
+                    return path
+        return None
 
     def save(self, path: Path | None = None) -> bool:
         """Write the scene to its file, or to another, which is its file from now on."""
@@ -299,7 +324,7 @@ class Session:
             self.tell(str(error), bad=True)
             return False
         self.origin = saving.Origin(path.stem, path, text)
-        self.history.put(scene, f"save {path.name}")
+        self.history.settle(scene)
         self._saved = scene
         self.tell(f"Saved {path}")
         return True

@@ -1,7 +1,7 @@
 """The viewer without its window: events in, a picture out. A window and a test drive it alike."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import moderngl
@@ -26,6 +26,7 @@ Size = tuple[int, int]
 _CPU_FPS, _GPU_FPS = 12.0, 60.0
 _CPU_DETAIL = 0.125
 _TOLD_S = 5.0
+_NOT_WHILE_BUSY = frozenset({"undo", "redo"})  # what is under the brush is not a step yet
 
 
 class Viewer:
@@ -85,6 +86,7 @@ class Viewer:
         self._watch()
         session = self.session
         session.clock.advance(seconds)
+        session.walker.lens = session.scene.camera
         session.walker.move(self.held.intent(self.hand.turned()), min(seconds, 0.25))
         self.recorder.play(seconds)
         self._camera = session.camera()
@@ -192,7 +194,7 @@ class Viewer:
             self.face.dialogs.help = False
             self.session.tool = "look"
         action = controls.action_for(self.held.chord(key))
-        if action is None:
+        if action is None or (self.hand.busy and action in _NOT_WHILE_BUSY):
             return
         if action.startswith("technique "):
             self.session.use_nth_technique(int(action.split()[1]))
@@ -281,7 +283,7 @@ class Viewer:
 
     def open_or_ask(self, source: str) -> None:
         """Open it, after asking where changes would be lost."""
-        if self.session.unsaved:
+        if self.session.would_be_lost:
             self.face.dialogs.ask("discard", source)
         else:
             self.open(source)
@@ -290,22 +292,24 @@ class Viewer:
         """Ask what to open."""
         self.face.dialogs.ask("open")
 
-    def save(self) -> None:
-        """Save to the scene's file, or ask for one."""
+    def save(self, then: Callable[[], None] = lambda: None) -> None:
+        """Save to the scene's file, or ask for one, and where someone else wrote it; `then` follows what is saved."""
         if self.session.origin.file is None:
-            self.ask_save_as()
-        else:
-            self.session.save()
+            self.ask_save_as(then)
+        elif saving.changed_elsewhere(self.session.origin):
+            self.face.dialogs.ask("replace", then=then)
+        elif self.session.save():
+            then()
 
-    def ask_save_as(self) -> None:
+    def ask_save_as(self, then: Callable[[], None] = lambda: None) -> None:
         """Ask where to save."""
         file = self.session.origin.file
-        self.face.dialogs.ask("save", str(file or saving.free_name(Path(), self.session.origin.name, ".toml")))
+        name = file or saving.free_name(Path(), self.session.origin.name, ".toml")
+        self.face.dialogs.ask("save", saving.legible(str(name)), then)
 
     def picture(self) -> None:
         """Ask for a picture's size."""
-        path = saving.free_name(self.recorder.folder, self.session.origin.name, ".png")
-        self.face.dialogs.ask("picture", str(path))
+        self.face.dialogs.ask("picture", saving.legible(str(self.recorder.free_name(".png"))))
 
     def draw_picture(self, path: Path, size: Size, samples: int) -> bool:
         """Begin a picture of what is seen now; returns whether it can be written."""
@@ -333,8 +337,7 @@ class Viewer:
     @property
     def would_be_lost(self) -> list[str]:
         """What leaving now would lose, in words."""
-        told = [f"{self.session.name} has changes that are not saved."] if self.session.unsaved else []
-        return told + self.recorder.would_be_lost
+        return self.session.would_be_lost + self.recorder.would_be_lost
 
     # The disk -----------------------------------------------------------------------------------------------
 
@@ -351,6 +354,7 @@ class Viewer:
         if session.origin.file in changed:
             self._read_again(session.origin.file)
         elif changed:
+            session.look_at_files_again()
             for pane in self.panes:
                 pane.rebuild()
 
@@ -359,6 +363,7 @@ class Viewer:
         session = self.session
         try:
             if saving.opened(str(file))[1].text == session.origin.text:
+                self.problems = ()
                 return
         except SceneError as error:
             self.problems = error.problems

@@ -16,13 +16,14 @@ from greensward.viewpoint import place
 Floats = npt.NDArray[np.float64]
 Mode = Literal["walk", "fly", "orbit"]
 MODES: tuple[Mode, ...] = ("walk", "fly", "orbit")
-_EYE_M, _LOWEST_EYE_M = 1.7, 0.25
+_EYE_M, _LOWEST_EYE_M, _HIGHEST_EYE_M = 1.7, 0.25, 4.0
 _WALK_MPS, _FLY_MPS, _FAST = 1.8, 6.0, 4.0
 _DEGREES_PER_PX = 0.18
 _STEEPEST_DEG = 58.0
 _SOFTNESS_S = 0.09  # time after which a change of speed is two thirds done
 _CLEAR_M = 0.2  # kept between a flying eye and the ground
 _UP_DOWN_DEG = 89.0
+_FOV_DEG = (2.0, 110.0)
 
 
 @dataclass(frozen=True)
@@ -64,9 +65,14 @@ class Walker:
         self.position_ws = position
         self._towards(target - position)
         self.pivot_ws = self._pivot(float(np.linalg.norm(target - position)))
-        self._eye_m = min(max(self._above_ground(position), _LOWEST_EYE_M), 2.5)
+        self._stand()
+
+    def _stand(self) -> None:
+        """Stay at the height that this place has; too high for someone who walks, they fly."""
+        above_m = self._above_ground(self.position_ws)
+        self._eye_m = min(max(above_m, _LOWEST_EYE_M), _HIGHEST_EYE_M)
         self._velocity[:] = 0.0
-        if self.mode == "walk" and self._above_ground(position) > 4.0:
+        if self.mode == "walk" and above_m > _HIGHEST_EYE_M:
             self.mode = "fly"
 
     def choose(self, mode: Mode) -> None:
@@ -79,6 +85,23 @@ class Walker:
             self._eye_m = _EYE_M
         self.mode = mode
         self._velocity[:] = 0.0
+
+    def hold(self) -> None:
+        """Take hold of what is looked at, for `circle`."""
+        if self.mode != "orbit":
+            self.pivot_ws = self._pivot(12.0)
+
+    def circle(self, turn_px: tuple[float, float]) -> None:
+        """Go around what is held by pixels of a mouse, and walk or fly on from there."""
+        mode, self.mode = self.mode, "orbit"
+        self.move(Intent(turn_px=turn_px), 0.0)
+        self.mode = mode
+        self._stand()
+
+    def zoom(self, factor: float) -> None:
+        """See so many times as much."""
+        fov = min(max(self.lens.fov_y_deg * factor, _FOV_DEG[0]), _FOV_DEG[1])
+        self.lens = self.lens.model_copy(update={"fov_y_deg": fov})
 
     @property
     def forward_ws(self) -> Floats:
@@ -132,7 +155,7 @@ class Walker:
         if float(np.abs(self._velocity).max()) < 1e-3 and not length:
             self._velocity[:] = 0.0
         if walks and intent.up:
-            self._eye_m = min(max(self._eye_m * math.exp(intent.up * seconds), _LOWEST_EYE_M), 3.0)
+            self._eye_m = min(max(self._eye_m * math.exp(intent.up * seconds), _LOWEST_EYE_M), _HIGHEST_EYE_M)
         # no step leaps through a fence
         steps = max(1, math.ceil(float(np.linalg.norm(self._velocity)) * seconds / 0.2))
         for _ in range(min(steps, 64)):

@@ -18,8 +18,9 @@ class Watch:
         self.put(paths)
 
     def put(self, paths: Iterable[Path]) -> None:
-        """Watch these from now on, as they are now."""
-        self._known = {path: _stamp(path) for path in paths}
+        """Watch these from now on: as they are now, or as they were where they are watched already."""
+        known = getattr(self, "_known", {})
+        self._known = {path: known[path] if path in known else _stamp(path) for path in paths}
 
     def changed(self, now_s: float | None = None) -> list[Path]:
         """Those that have changed since they were last told of."""

@@ -13,7 +13,8 @@ from jupyter_rfb import RemoteFrameBuffer
 
 from greensward.ground import HeightField
 from greensward.scene import GreenswardError, Scene, TechniqueChoice
-from greensward.viewer.eye import Eye
+from greensward.viewer.obstacles import Obstacles
+from greensward.viewer.walker import Intent, Walker
 
 if TYPE_CHECKING:
     from greensward.renderer import Renderer
@@ -65,14 +66,16 @@ class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
         self._scene, self._device, self._size, self._scale = scene, device, size, 0
         self._held: set[str] = set()
         self._pointer: tuple[float, float] | None = None
+        self._circles = False
         self._drawn_at: float | None = None
         self._playing = playing
         self._time_s = time_s
         self._rested = 0
         try:
-            self._heights = HeightField.of(scene)
+            heights = HeightField.of(scene)
             self._renderer = _there(self._made)
-            self.eye = Eye(scene.camera, self._heights)
+            self.eye = Walker(scene.camera, heights)
+            self.eye.enter(heights, Obstacles.of(scene, heights), scene.water.level_m if scene.water else -math.inf)
         except BaseException:
             self.close()
             raise
@@ -145,8 +148,8 @@ class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
         if renderer is None:  # closed meanwhile
             return None, False
         began = time.perf_counter()
-        self._go_on(0.0 if self._drawn_at is None else min(began - self._drawn_at, _LONGEST_STEP_S))
-        moves = self._playing or self._pointer is not None or any(key in _WAYS for key in self._held)
+        goes = self._go_on(0.0 if self._drawn_at is None else min(began - self._drawn_at, _LONGEST_STEP_S))
+        moves = goes or self._playing or self._pointer is not None or any(key in _WAYS for key in self._held)
         renderer.resize(self._pixels(moves))
         image = renderer.render(self._time_s, camera=self.eye.camera()).image
         if moves:
@@ -160,10 +163,10 @@ class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
         assert self._pointer
         right, down = event["x"] - self._pointer[0], event["y"] - self._pointer[1]
         self._pointer = event["x"], event["y"]
-        if event["button"] == _LEFT and self._heights.there:
-            self.eye.turn(-right, -down)
+        if self._circles or self.eye.mode == "orbit":
+            self.eye.circle((right, down))
         else:
-            self.eye.circle(right, down)
+            self.eye.move(Intent(turn_px=(-right, -down)), 0.0)
 
     def _leave(self) -> None:
         """Hand the renderer over to be released; waits for nothing, as memory may be collected at any time."""
@@ -175,13 +178,13 @@ class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
         self._leave()
         super().__del__()
 
-    def _go_on(self, seconds: float) -> None:
+    def _go_on(self, seconds: float) -> bool:
+        """Whether the eye is somewhere else then."""
         if self._playing:
             self._time_s += seconds
-        ways = [_WAYS[key] for key in self._held if key in _WAYS]
-        if ways:
-            ahead, right, up = (sum(part) for part in zip(*ways, strict=True))
-            self.eye.go(ahead, right, up, seconds, fast="shift" in self._held)
+        ways = [(0, 0, 0), *(_WAYS[key] for key in self._held if key in _WAYS)]
+        ahead, right, up = (sum(part) for part in zip(*ways, strict=True))
+        return self.eye.move(Intent(ahead, right, up, fast="shift" in self._held), seconds)
 
     def _suit(self, lasted_s: float) -> None:
         """Fewer pixels where frames take long."""
@@ -212,7 +215,8 @@ class SceneView(RemoteFrameBuffer):  # type: ignore[misc]
                 ratio = event.get("ratio", 1.0)
                 self._size = round(event["width"] * ratio), round(event["height"] * ratio)
             case "pointer_down":
-                self._pointer = event["x"], event["y"]
+                self._pointer, self._circles = (event["x"], event["y"]), event["button"] != _LEFT
+                self.eye.hold()
             case "pointer_up":
                 self._pointer = None
             case "pointer_move" if self._pointer is not None:

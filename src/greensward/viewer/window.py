@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import signal
 import sys
 import time
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from greensward.gpu.context import INSTALL
 from greensward.scene import GreenswardError
 from greensward.viewer import controls
 from greensward.viewer.contexts import Contexts
+from greensward.viewer.saving import legible
 from greensward.viewer.session import Session
 from greensward.viewer.viewer import Viewer
 
@@ -75,6 +77,8 @@ class Window:
         self.events: list[controls.Event] = []
         self._others: list[Any] = []
         self._pad = controls.Pad()
+        self.warned = False
+        """Whether a first Ctrl+C was seen."""
         glfw.make_context_current(self._window)
         glfw.swap_interval(1)
         self.ctx = moderngl.create_context(require=430)
@@ -193,6 +197,10 @@ class Window:
         glfw.set_window_title(self._window, title)
         glfw.swap_buffers(self._window)
 
+    def hide(self) -> None:
+        """Take it off the screen, whatever goes on behind it."""
+        glfw.hide_window(self._window)
+
     def close(self) -> None:
         """Close it and all contexts."""
         for window in (*self._others, self._window):
@@ -201,13 +209,19 @@ class Window:
 
 
 def run(session: Session, size: tuple[int, int] = (1280, 800)) -> None:
-    """Open a window on a session and stay until it closes. Raises `GreenswardError` where no window can open."""
+    """Open a window on a session and stay until it closes.
+
+    Raises `GreenswardError` where no window can open, and where it fails; then what was not saved is in a file.
+    """
     window = Window("greensward", size)
     viewer = Viewer(window.contexts, session)
+    asked: list[int] = []
     viewer.face.share_clipboard(window.read_clipboard, window.write_clipboard)
     try:
         last = time.perf_counter()
+        _listen_to_signals(asked)
         while not viewer.done:
+            _heed(asked, window)
             shown = min(window.size) > 0
             events = window.take(0.0 if shown and not viewer.resting else _RESTING_S if shown else _HIDDEN_S)
             now = time.perf_counter()
@@ -215,11 +229,43 @@ def run(session: Session, size: tuple[int, int] = (1280, 800)) -> None:
             last = now
             window.capture(viewer.hand.captured)
             changed = "• " if session.unsaved else ""
-            window.show(f"{changed}{session.name} – greensward")
+            window.show(legible(f"{changed}{session.name} – greensward"))
+    except (KeyboardInterrupt, SystemExit):
+        if kept := session.rescue():
+            print(f"view: what was not saved is in {kept}", file=sys.stderr)
+        raise
+    except Exception as error:  # a lost device, say
+        kept = session.rescue()
+        told = f"; what was not saved is in {kept}" if kept else ""
+        raise GreenswardError(f"view: {type(error).__name__}: {error}{told}") from error
     finally:
+        _listen_to_signals(None)
+        window.hide()  # a picture that is being drawn may take a while to stop
         with contextlib.suppress(moderngl.Error):
             viewer.release()
         window.close()
+
+
+_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+
+def _listen_to_signals(asked: list[int] | None) -> None:
+    """Let `asked` have the signals that end programs, or let them end this one."""
+    with contextlib.suppress(ValueError):  # another thread than the first cannot
+        for number in _SIGNALS:
+            usual = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
+            signal.signal(number, usual if asked is None else lambda number, _: asked.append(number))
+
+
+def _heed(asked: list[int], window: Window) -> None:
+    """Ctrl+C in the terminal asks as closing does; a second one, or the end of the login, leaves at once."""
+    if any(number != signal.SIGINT for number in asked):
+        raise SystemExit(143)
+    if len(asked) > 1:
+        raise KeyboardInterrupt
+    if asked and not window.warned:
+        window.warned = True
+        window.events.append(controls.Close())
 
 
 def _as_text(said: Any) -> str:

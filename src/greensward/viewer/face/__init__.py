@@ -12,6 +12,7 @@ from greensward.viewer.face.dialogs import Dialogs
 from greensward.viewer.face.pages import FramePage, ScenePage
 from greensward.viewer.face.style import ACCENT, GROUND, MUTED, PANEL_PX, SMALL_PX, TITLE_PX, WARN, Icon, colour
 from greensward.viewer.face.widgets import tip
+from greensward.viewer.saving import legible
 
 if TYPE_CHECKING:
     from greensward.viewer.viewer import Viewer
@@ -149,11 +150,11 @@ class Face:
     def _head(self, viewer: "Viewer") -> None:
         session = viewer.session
         imgui.push_font(None, TITLE_PX)
-        imgui.text_unformatted(session.name)
+        imgui.text_unformatted(legible(session.name))
         imgui.pop_font()
         imgui.push_font(None, SMALL_PX)
         file = session.origin.file
-        imgui.text_colored(colour(MUTED), str(file) if file else f"the preset {session.origin.name}")
+        imgui.text_colored(colour(MUTED), legible(str(file)) if file else f"the preset {session.origin.name}")
         if session.unsaved:
             imgui.same_line()
             imgui.text_colored(colour(ACCENT), "changed, not saved")

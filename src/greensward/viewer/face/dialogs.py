@@ -1,5 +1,7 @@
 """What asks a question: open, save as, picture, closing with changes; and the list of keys."""
 
+import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +11,7 @@ from greensward.library import presets
 from greensward.viewer.controls import ACTIONS, MOVING
 from greensward.viewer.face.style import ACCENT, MUTED, Icon, colour
 from greensward.viewer.face.widgets import heading, labelled, note
+from greensward.viewer.saving import legible, typed
 
 if TYPE_CHECKING:
     from greensward.viewer.viewer import Viewer
@@ -16,11 +19,16 @@ if TYPE_CHECKING:
 _MOST_FILES = 200
 
 
+def _nothing() -> None:
+    pass
+
+
 class Dialogs:
     """At most one is open; while it is, keys are its own."""
 
     def __init__(self) -> None:
         self._asked: str | None = None
+        self._then: Callable[[], None] = _nothing
         self._text = ""
         self._size, self._samples = (1920, 1080), 16
         self.help = False
@@ -30,9 +38,9 @@ class Dialogs:
         """Whether one is."""
         return self._asked is not None
 
-    def ask(self, what: str, text: str = "") -> None:
-        """Open `open`, `save`, `picture`, `leave` or `discard`."""
-        self._asked, self._text = what, text
+    def ask(self, what: str, text: str = "", then: Callable[[], None] = _nothing) -> None:
+        """Open `open`, `save`, `replace`, `picture`, `leave` or `discard`; `then` follows if the scene is saved."""
+        self._asked, self._text, self._then = what, text, then
 
     def cancel(self) -> None:
         """Close it, and do nothing."""
@@ -45,8 +53,9 @@ class Dialogs:
         titles = {
             "open": "Open",
             "save": "Save as",
+            "replace": "Replace the file?",
             "picture": "Save a picture",
-            "leave": "Leave without saving?",
+            "leave": "Leave?",
             "discard": "Open without saving?",
         }
         if self._asked is None:
@@ -84,21 +93,21 @@ class Dialogs:
         imgui.begin_child("files", (0.0, 96.0))
         found = _scenes_near(viewer.recorder.folder)
         for path in found:
-            if imgui.selectable(str(path), False)[0]:
+            if imgui.selectable(legible(str(path)), False)[0]:
                 self._chosen(viewer, str(path))
         if not found:
-            note(f"No scene lies in {viewer.recorder.folder}.")
+            note(legible(f"No scene lies in {viewer.recorder.folder.resolve()}."))
         imgui.end_child()
         imgui.set_next_item_width(-190.0)
         _, self._text = imgui.input_text_with_hint("##file", "or the path of a .toml file", self._text)
         imgui.same_line()
         if imgui.button("Open", (86.0, 0.0)) and self._text.strip():
-            self._chosen(viewer, self._text.strip())
+            self._chosen(viewer, os.path.expanduser(self._text.strip()))  # noqa: PTH111  # as it is for no such user
         self._cancel()
 
     def _chosen(self, viewer: "Viewer", source: str) -> None:
         self._asked = None
-        if viewer.session.unsaved:
+        if viewer.session.would_be_lost:
             self.ask("discard", source)
         else:
             viewer.open(source)
@@ -108,14 +117,28 @@ class Dialogs:
         imgui.set_next_item_width(-190.0)
         _, self._text = imgui.input_text("##file", self._text)
         imgui.same_line()
-        path = Path(self._text.strip() or "scene.toml").expanduser()
-        path = path if path.suffix else path.with_suffix(".toml")
-        there = path.exists() and path != viewer.session.origin.file
-        if imgui.button("Replace" if there else "Save", (86.0, 0.0)) and viewer.session.save(path):
-            self._asked = None
+        path = typed(self._text, ".toml")
+        there = path is not None and path.exists() and path != viewer.session.origin.file
+        imgui.begin_disabled(path is None)
+        if imgui.button("Replace" if there else "Save", (86.0, 0.0)) and path and viewer.session.save(path):
+            self._done()
+        imgui.end_disabled()
         self._cancel()
-        if there:
-            note(f"{path} is there already.")
+        _remark(path, there)
+
+    def _done(self) -> None:
+        self._asked, then = None, self._then
+        then()
+
+    def _replace(self, viewer: "Viewer") -> None:
+        file = viewer.session.origin.file
+        imgui.text_wrapped(legible(f"Another program has changed {file}. Saving puts your scene in its place."))
+        if imgui.button("Replace", (100.0, 0.0)) and viewer.session.save():
+            self._done()
+        imgui.same_line()
+        if imgui.button("Save as", (100.0, 0.0)):
+            viewer.ask_save_as(self._then)
+        self._cancel()
 
     def _picture(self, viewer: "Viewer") -> None:
         labelled("file")
@@ -127,28 +150,37 @@ class Dialogs:
         _, samples = imgui.slider_int("##samples", self._samples, 1, 64)
         self._samples = min(max(samples, 1), 4096)
         note("It is drawn with every blade, beside what you do meanwhile.")
-        if imgui.button(f"{Icon.picture}  Draw", (110.0, 0.0)) and viewer.draw_picture(
-            Path(self._text.strip()).expanduser(), self._size, self._samples
-        ):
+        path = typed(self._text, ".png")
+        there = path is not None and path.exists()
+        imgui.begin_disabled(path is None)
+        pressed = imgui.button(f"{Icon.picture}  {'Replace' if there else 'Draw'}", (110.0, 0.0))
+        imgui.end_disabled()
+        if pressed and path and viewer.draw_picture(path, self._size, self._samples):
             self._asked = None
         self._cancel()
+        _remark(path, there)
 
     def _leave(self, viewer: "Viewer") -> None:
         for line in viewer.would_be_lost:
-            imgui.text_wrapped(line)
-        if imgui.button("Save", (100.0, 0.0)):
-            self._asked = None
-            if viewer.session.origin.file is None:
-                viewer.ask_save_as()
-            elif viewer.session.save():
-                viewer.done = True
-        imgui.same_line()
-        if imgui.button("Leave", (100.0, 0.0)):
+            imgui.text_wrapped(legible(line))
+        unsaved = bool(viewer.session.would_be_lost)
+        if unsaved:
+            if imgui.button("Save", (100.0, 0.0)):
+                self._asked = None
+                viewer.save(viewer.ask_leave)
+            imgui.same_line()
+        if imgui.button("Leave without saving" if unsaved else "Leave", (190.0 if unsaved else 100.0, 0.0)):
             self._asked, viewer.done = None, True
         self._cancel()
 
     def _discard(self, viewer: "Viewer") -> None:
-        imgui.text_wrapped(f"{viewer.session.name} has changes that are not saved.")
+        for line in viewer.session.would_be_lost:
+            imgui.text_wrapped(legible(line))
+        source = self._text
+        if imgui.button("Save", (100.0, 0.0)):
+            self._asked = None
+            viewer.save(lambda: viewer.open(source))
+        imgui.same_line()
         if imgui.button("Open all the same", (160.0, 0.0)):
             self._asked = None
             viewer.open(self._text)
@@ -180,6 +212,13 @@ def _key(keys: str, text: str) -> None:
     imgui.text_colored(colour(ACCENT), keys)
     imgui.same_line(190.0)
     imgui.text_unformatted(text)
+
+
+def _remark(path: Path | None, there: bool) -> None:
+    if path is None:
+        note("That names no file.")
+    elif there:
+        note(legible(f"{path} is there already."))
 
 
 def _scenes_near(folder: Path) -> list[Path]:

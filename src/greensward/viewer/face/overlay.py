@@ -12,6 +12,7 @@ from greensward.viewer.brushes import Tool
 from greensward.viewer.clock import FASTEST, SLOWEST
 from greensward.viewer.face.style import ACCENT, INK, MUTED, WARN, Icon, colour, packed
 from greensward.viewer.face.widgets import tip
+from greensward.viewer.saving import legible
 
 if TYPE_CHECKING:
     from greensward.viewer.viewer import Viewer
@@ -203,6 +204,6 @@ def messages(viewer: "Viewer", size: tuple[int, int]) -> None:
     for text, bad in lines[:10]:
         imgui.push_text_wrap_pos(most)
         for part in [line for line in text.splitlines() if line.strip(" =")][:8]:
-            imgui.text_colored(colour(WARN if bad else INK), part[:400])
+            imgui.text_colored(colour(WARN if bad else INK), legible(part[:400]))
         imgui.pop_text_wrap_pos()
     imgui.end()

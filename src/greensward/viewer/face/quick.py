@@ -141,7 +141,6 @@ def _view(session: Session) -> None:
     if changed:
         walker.pace = min(max(pace, 0.02), 100.0)
     one(session, ("camera", "fov_y_deg"))
-    walker.lens = session.scene.camera
     if imgui.button("Back to the start"):
         session.go_back()
     tip("Stand where the scene's camera is. Home")

@@ -10,6 +10,8 @@ from imgui_bundle import imgui
 from pydantic import BaseModel
 
 from greensward.scene.base import kind_of
+from greensward.scene.plain import plain
+from greensward.scene.toml_text import spelled
 from greensward.viewer.face.style import ACCENT, FAINT, MUTED, SMALL_PX, Icon, colour
 from greensward.viewer.fields import FieldSpec, Path, can_be_made, fields_of, fresh, reach, value_at
 from greensward.viewer.session import Session
@@ -203,7 +205,7 @@ def _text(session: Session, path: Path, spec: FieldSpec, value: str | None) -> N
 
 
 def _list(session: Session, path: Path, spec: FieldSpec, value: tuple[Any, ...] | None) -> None:
-    text = _toml(value or ())
+    text = spelled(plain(value or ()))
     typed = typing("##v", ".".join(map(str, path)), text, spec.optional)
     if typed is None or typed == text:
         return
@@ -221,17 +223,13 @@ def typing(name: str, key: str, value: str, optional: bool = False) -> str | Non
         _TYPED[key] = text[:4096]
     if imgui.is_item_deactivated():
         return _TYPED.pop(key, None)
+    if not imgui.is_item_active():  # it was left unseen: what was typed is not for what it shows now
+        _TYPED.pop(key, None)
     return None
 
 
 def _frozen(value: Any) -> Any:
     return tuple(_frozen(item) for item in value) if isinstance(value, list) else value
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(_toml(item) for item in value)}]"
-    return f'"{value}"' if isinstance(value, str) else f"{value:g}"
 
 
 def _commit(session: Session, path: Path, value: Any, changed: bool) -> None:
@@ -344,7 +342,11 @@ def kind(session: Session, path: Path, spec: FieldSpec, value: Any) -> None:
 
 def _become(session: Session, path: Path, value: Any, model: Any) -> None:
     at = session.walker.aim(8.0)
-    new = fresh(model, (float(at[0]), 0.0, float(at[2])))
+    try:
+        new = fresh(model, (float(at[0]), 0.0, float(at[2])))
+    except ValueError as error:
+        session.tell(f"{kind_of(model)}: cannot be had here ({error})", bad=True)
+        return
     shared = {name: held for name, held in dict(value).items() if name in model.model_fields and name != "kind"}
     with contextlib.suppress(ValueError):  # a key may have the same name and another range
         new = model.model_validate({**dict(new), **shared})
