@@ -136,7 +136,7 @@ def test_render_hands_every_option_on(greensward, tmp_path):
         (["-o", "no/a.png"], "no/a.png: there is no folder no; make it first"),
         (["--set", "wind.0.sped=1"], "--set: wind[0].sped: unknown key; did you mean speed_mps?"),
         (["--camera", "up"], "--camera: must be x,y,z:tx,ty,tz"),
-        (["--technique", "bezier"], "--technique: technique.name: must be one of bezier-blades, tessellated-quads"),
+        (["--technique", "bezier"], "--technique: technique.name: must be one of bezier-blades, billboard-grid"),
     ],
 )
 def test_a_wrong_option_is_told_before_anything_is_drawn(greensward, tmp_path, args, expected):
