@@ -214,6 +214,8 @@ void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, float
     vec4 colour = textureLod(topColour, vec3(uv, 0.0), lod), shape = textureLod(topShape, vec3(uv, 0.0), lod);
     if (colour.a < 0.004) return;
     shape /= max(colour.a, 1e-3);
+    // what leans hides more of the ground: blades of the picture lean by about a third of their length themselves
+    part *= 1.0 + 2.0 * min(length(v2.xz) / tall_m, 1.0);
     float shown = 1.0 - pow(1.0 - min(colour.a, 1.0) * keptOf(shape.z, share.x, lod), part);
     vec2 tilt = clamp(2.0 * shape.xy - 1.0, -1.0, 1.0), xz = fromGrid(tilt);
     over(t, colour * (shown / colour.a), vec3(xz.x, sqrt(max(1.0 - dot(tilt, tilt), 0.0)), xz.y), at, shape.w);
