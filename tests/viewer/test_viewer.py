@@ -90,6 +90,17 @@ def test_one_walks_and_looks_around(drive):
     assert d.session.walker.position_ws == pytest.approx([0.0, 1.7, 8.0])
 
 
+def test_who_has_neither_walked_nor_looked_is_told_how(drive):
+    d = drive()
+    assert d.viewer.is_new
+    d.frames(2, c.Press("w"))
+    d.frames(1, c.Press("w", False))
+    assert d.viewer.is_new
+    d.drag((300, 300), (340, 310), (380, 320))
+    d.frames(1)
+    assert not d.viewer.is_new
+
+
 def test_every_technique_by_its_number(drive):
     d = drive()
     camera = d.session.camera()

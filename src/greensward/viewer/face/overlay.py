@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 
 from greensward.viewer.brushes import Tool
 from greensward.viewer.clock import FASTEST, SLOWEST
+from greensward.viewer.controls import HINT
 from greensward.viewer.face.style import ACCENT, INK, MUTED, WARN, Icon, colour, packed
 from greensward.viewer.face.widgets import tip
 from greensward.viewer.saving import legible
@@ -178,6 +179,7 @@ def _time(viewer: "Viewer", size: tuple[int, int]) -> None:
     shown = "still" if viewer.resting else f"{fps:.0f} fps"
     at = pane.picture[1] if pane.picture else (0, 0)
     imgui.text_colored(colour(MUTED), f"{shown}   {at[0]}×{at[1]}   {session.walker.mode}")
+    tip("Frames a second, the size at which the picture is drawn, and how you move.")
     imgui.end()
 
 
@@ -194,6 +196,8 @@ def messages(viewer: "Viewer", size: tuple[int, int]) -> None:
     for problem in (*viewer.problems, *problems):
         lines.append((f"{Icon.warning}  {problem}", True))
     lines += [(f"{Icon.warning}  {text}" if bad else text, bad) for text, bad in viewer.told]
+    if not lines and viewer.is_new and viewer.panes[0].picture:
+        lines = [(HINT, False)]
     if not lines:
         return
     imgui.set_next_window_pos((0.5 * width, size[1] - 64.0), 0, (0.5, 1.0))
