@@ -161,6 +161,20 @@ def test_mowing_and_pressing_by_hand(drive):
     assert not d.session.unsaved
 
 
+def test_a_stroke_right_after_its_tool_was_chosen(drive):
+    d = drive()
+    tool = (263, 30)
+    d.frames(2, c.Move(*tool))
+    d.frames(1, c.Click("left", True))
+    d.frames(1, c.Click("left", False))
+    assert d.session.tool == "mow"
+    d.frames(1, c.Move(250, 520))
+    d.frames(1, c.Click("left", True), c.Move(300, 450))
+    assert d.session.stroke
+    d.frames(1, c.Click("left", False))
+    assert d.session.history.undoes == "mow"
+
+
 def test_things_are_dragged_over_the_ground(drive):
     d = drive(SCENE + '[[object]]\nkind = "sphere"\nposition_m = [0, 0, 0]\nsize_m = [1, 1, 1]\n')
     d.viewer.choose_tool("move")
