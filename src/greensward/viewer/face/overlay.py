@@ -70,12 +70,16 @@ def _brush(viewer: "Viewer") -> None:
         return
     draw = imgui.get_background_draw_list()
     heights = session.heights
-    if len(session.stroke) and session.tool != "press":
-        spots = np.array(session.stroke)
+    sowing = any(pane.busy for pane in viewer.panes)
+    if (stroke := session.stroke or (session.laid if sowing else [])) and session.tool != "press":
+        spots = np.array(stroke)
         points = np.column_stack([spots[:, 0], heights.height(spots[:, 0], spots[:, 1]) + 0.1, spots[:, 1]])
-        for point in points:
-            if (spot := viewer.sight.spot(point)) is not None:
-                draw.add_circle_filled(spot, 3.0, packed(ACCENT, 0.7))
+        shown = [spot for point in points if (spot := viewer.sight.spot(point)) is not None]
+        for under, wide in ((packed((0.0, 0.0, 0.0, 1.0), 0.4), 7.0), (packed(ACCENT), 4.0)):
+            for spot in shown:
+                draw.add_circle_filled(spot, 0.5 * wide, under)
+            for one, next_one in pairwise(shown):
+                draw.add_line(one, next_one, under, wide)
     if at is None:
         return
     angle = np.linspace(0.0, math.tau, _RING + 1)
