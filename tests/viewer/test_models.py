@@ -199,6 +199,11 @@ def test_a_click_waits_for_what_lies_under_the_mouse(events, taken):
     assert one_by_one(events) == taken
 
 
+def test_a_key_that_is_held_does_not_hold_up_the_rest():
+    held = [Press("w", again=True)] * 25
+    assert one_by_one([*held, Press("w", False), Press("_1")]) == 27
+
+
 def test_a_file_that_changes_is_told_of_once(tmp_path):
     path = tmp_path / "a.txt"
     path.write_text("one")
@@ -212,6 +217,9 @@ def test_a_file_that_changes_is_told_of_once(tmp_path):
     path.write_text("back again")
     assert watch.changed(5e9) == [path]
     assert watch.changed(5e9 + 1e-3) == []
+    path.write_text("while others came to be watched")
+    watch.put([path, tmp_path / "other"])
+    assert watch.changed(6e9) == [path]
 
 
 def test_all_shaders_are_watched():

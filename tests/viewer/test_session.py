@@ -182,6 +182,15 @@ def test_painted_maps_are_saved_beside_the_scene(tmp_path, session):
     assert np.asarray(Image.open(again.resolve(name)))[..., 2].min() < 100
 
 
+def test_the_first_brush_shows_in_the_map_of_any_ground(session):
+    large = Session("meadow")
+    assert session.brush.radius_m == 0.8
+    assert 1.5 < large.brush.radius_m < 2.0
+    _stroke(large, "mow", (0.3, -8.0), (0.3, 8.0), radius_m=large.brush.radius_m)
+    assert canvas_of(large.scene)[..., 2].min() < 90
+    large.close()
+
+
 def test_painting_undone_and_saved(tmp_path):
     file = tmp_path / "a.toml"
     file.write_text("# mine\nseed = 3\n")

@@ -91,6 +91,17 @@ def test_one_walks_and_looks_around(drive):
     assert d.session.walker.position_ws == pytest.approx([0.0, 1.7, 8.0])
 
 
+def test_who_has_neither_walked_nor_looked_is_told_how(drive):
+    d = drive()
+    assert d.viewer.is_new
+    d.frames(2, c.Press("w"))
+    d.frames(1, c.Press("w", False))
+    assert d.viewer.is_new
+    d.drag((300, 300), (340, 310), (380, 320))
+    d.frames(1)
+    assert not d.viewer.is_new
+
+
 def test_every_technique_by_its_number(drive):
     d = drive()
     camera = d.session.camera()
@@ -149,6 +160,20 @@ def test_mowing_and_pressing_by_hand(drive):
     d.key("z", "left_ctrl")
     d.ready()
     assert not d.session.unsaved
+
+
+def test_a_stroke_right_after_its_tool_was_chosen(drive):
+    d = drive()
+    tool = (263, 30)
+    d.frames(2, c.Move(*tool))
+    d.frames(1, c.Click("left", True))
+    d.frames(1, c.Click("left", False))
+    assert d.session.tool == "mow"
+    d.frames(1, c.Move(250, 520))
+    d.frames(1, c.Click("left", True), c.Move(300, 450))
+    assert d.session.stroke
+    d.frames(1, c.Click("left", False))
+    assert d.session.history.undoes == "mow"
 
 
 def test_things_are_dragged_over_the_ground(drive):

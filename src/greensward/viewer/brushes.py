@@ -20,6 +20,7 @@ MOWN = 0.3
 _RED, _GREEN, _BLUE = range(3)
 _FINEST_M, _MOST_TEXELS, _FEWEST_TEXELS = 0.1, 4096, 256
 _MOST_POINTS = 256
+_SEEN_TEXELS = 1.8
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,19 @@ class Brush:
     strength: float = 1.0
 
 
+def handy(scene: Scene) -> Brush:
+    """A brush to begin with, whose strokes show in the map of ground as large as this."""
+    return Brush(radius_m=max(Brush.radius_m, round(_SEEN_TEXELS * _texel_m(scene), 1)))
+
+
+def _texel_m(scene: Scene) -> float:
+    return max(_FINEST_M, max(scene.ground.size_m) / _MOST_TEXELS)
+
+
 def canvas_of(scene: Scene) -> npt.NDArray[np.uint8]:
     """The density map of a scene as fine as it can be painted, (rows, columns, 3); white where it has none."""
     size_x, size_z = scene.ground.size_m
-    texel_m = max(_FINEST_M, max(size_x, size_z) / _MOST_TEXELS)
+    texel_m = _texel_m(scene)
     columns, rows = (min(max(round(side / texel_m), _FEWEST_TEXELS), _MOST_TEXELS) for side in (size_x, size_z))
     file = scene.sowing.density_map
     if file is None:

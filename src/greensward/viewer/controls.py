@@ -95,7 +95,7 @@ def one_by_one(events: Sequence[Event]) -> int:
                 if moved or button in seen:
                     return count
                 seen.add(button)
-            case Press(key):
+            case Press(key, again=False):  # one that repeats says nothing new, and must not hold up the rest
                 if key in seen:
                     return count
                 seen.add(key)
@@ -110,6 +110,11 @@ class Action:
     keys: tuple[str, ...]
     """`ctrl+shift+z`: modifiers first."""
     help: str
+
+    @property
+    def shown_keys(self) -> str:
+        """`Ctrl+Shift+Z or Ctrl+Y`."""
+        return " or ".join("+".join(part.capitalize() for part in chord.split("+")) for chord in self.keys)
 
 
 ACTIONS = (
@@ -135,13 +140,16 @@ ACTIONS = (
     Action("reload_shaders", ("ctrl+r",), "Read shaders and files again"),
 )
 MOVING = (
-    ("w a s d", "Walk; arrow keys too"),
-    ("mouse, a button held", "Look around"),
-    ("shift", "Hurry"),
-    ("e q", "Up and down"),
-    ("wheel", "Walking speed; with a brush, its size"),
-    ("1 2 3", "Techniques"),
+    ("W A S D, arrows", "Walk"),
+    ("Mouse, button held", "Look around"),
+    ("Shift", "Hurry"),
+    ("E, Q", "Up and down; where you walk, taller and smaller"),
+    ("Wheel", "Walking speed; with a brush, its size"),
+    ("1, 2, 3 …", "Techniques"),
+    ("Esc", "Put the brush away; close what is open"),
 )
+HINT = "Walk with W A S D   ·   hold a button of the mouse to look around   ·   ? lists all keys"
+"""For someone who has done neither yet."""
 _SHIFTED = {"slash": "?"}
 _PLAIN = {"comma": ",", "period": "."}
 _MODIFIERS = ("left_shift", "right_shift", "left_ctrl", "right_ctrl", "left_alt", "right_alt")

@@ -69,6 +69,7 @@ class Hand:
         self._mouse: Spot = (0.0, 0.0)
         self._turned: Spot = (0.0, 0.0)
         self._paints = False
+        self._sight = Sight(None, [(0, 0, 1, 1)])
         self.captured = False
         """Whether the mouse turns the head, and is not to be seen."""
         self.on_ground: Floats | None = None
@@ -98,6 +99,7 @@ class Hand:
     def press(self, button: controls.Button) -> None:
         """A button goes down over the picture."""
         session = self._session
+        self.reach(self._sight, free=True)  # a frame ago the mouse may have been over a widget
         if button != "left" or session.tool == "look":
             self.captured = True
         elif session.tool == "move":
@@ -130,6 +132,7 @@ class Hand:
     def reach(self, sight: Sight, free: bool) -> None:
         """Find what lies under the mouse, and let brush or handle follow; `free` says that no widget is there."""
         session = self._session
+        self._sight = sight
         self.on_ground, self.near, self.handles = None, None, []
         if session.tool == "look":
             return

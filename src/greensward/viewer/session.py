@@ -11,7 +11,7 @@ from greensward.ground import HeightField
 from greensward.scene import Camera, GreenswardError, Scene, SceneError
 from greensward.techniques import TECHNIQUES, chosen
 from greensward.viewer import saving
-from greensward.viewer.brushes import Brush, Spot, Tool, canvas_of, paint, track
+from greensward.viewer.brushes import Brush, Spot, Tool, canvas_of, handy, paint, track
 from greensward.viewer.clock import Clock
 from greensward.viewer.fields import Path as Keys
 from greensward.viewer.fields import fresh, label_of, value_at, with_value
@@ -43,9 +43,10 @@ class Session:
         self._painted = 0
         self.clock = Clock()
         self.tool: Tool = "look"
-        self.brush = Brush()
         self.stroke: list[Spot] = []
         """Where the brush has been since it touched the ground."""
+        self.laid: list[Spot] = []
+        """The last stroke, which is seen once the field is sown."""
         self._open(*(saving.opened(source) if scene is None else (scene, saving.Origin(source, None, None))))
 
     def _open(self, scene: Scene, origin: saving.Origin) -> None:
@@ -57,6 +58,7 @@ class Session:
         self._settings: dict[str, Any] = {}
         self._entered: Scene | None = None
         self.heights = heights
+        self.brush = handy(scene) if heights.there else Brush()
         self.walker = Walker(scene.camera, heights)
         self._enter()
         self.clock.time_s = 0.0
@@ -231,7 +233,7 @@ class Session:
         """Take the brush off the ground: the stroke is done."""
         if self.stroke and self.tool in ("sow", "thin", "mow"):
             self._paint()
-        self.stroke = []
+        self.stroke, self.laid = [], self.stroke
         self.history.seal()
 
     def _press(self) -> None:

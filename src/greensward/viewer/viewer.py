@@ -43,6 +43,7 @@ class Viewer:
         self.done = False
         """Whether the window may go."""
         self.hand = Hand(session)
+        self._walked = self._looked = False
         self.resting = False
         """Whether nothing changes on the screen."""
         self.counts = Counts()
@@ -87,7 +88,10 @@ class Viewer:
         session = self.session
         session.clock.advance(seconds)
         session.walker.lens = session.scene.camera
-        session.walker.move(self.held.intent(self.hand.turned()), min(seconds, 0.25))
+        intent = self.held.intent(self.hand.turned())
+        self._walked |= bool(intent.ahead or intent.right)
+        self._looked |= intent.turn_px != (0.0, 0.0)
+        session.walker.move(intent, min(seconds, 0.25))
         self.recorder.play(seconds)
         self._camera = session.camera()
         self.sight = Sight.of(self._camera, session, self.areas(size))
@@ -222,6 +226,7 @@ class Viewer:
 
     def toggle_help(self) -> None:
         """Show or hide the list of keys."""
+        self._walked = self._looked = True
         self.face.dialogs.help = not self.face.dialogs.help
 
     def toggle_panel(self) -> None:
@@ -385,6 +390,11 @@ class Viewer:
             kept = [each for each in self._told if each[1] != notice.text]
             self._told = [*kept, (_TOLD_S * (2.0 if notice.bad else 1.0), notice.text, notice.bad)][-6:]
         self.session.notices.clear()
+
+    @property
+    def is_new(self) -> bool:
+        """Whether someone has not walked or not looked around yet, nor asked for the keys."""
+        return not (self._walked and self._looked)
 
     @property
     def told(self) -> list[tuple[str, bool]]:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from greensward.viewer.viewer import Viewer
 
 _MOST_FILES = 200
+_HELP_PX = 690.0
 
 
 def _nothing() -> None:
@@ -149,11 +150,11 @@ class Dialogs:
         labelled("samples", "For each pixel: more, cleaner edges.")
         _, samples = imgui.slider_int("##samples", self._samples, 1, 64)
         self._samples = min(max(samples, 1), 4096)
-        note("It is drawn with every blade, beside what you do meanwhile.")
+        note("Drawn with every blade and at this size, while you go on.")
         path = typed(self._text, ".png")
         there = path is not None and path.exists()
         imgui.begin_disabled(path is None)
-        pressed = imgui.button(f"{Icon.picture}  {'Replace' if there else 'Draw'}", (110.0, 0.0))
+        pressed = imgui.button(f"{Icon.picture}  {'Replace' if there else 'Save'}", (110.0, 0.0))
         imgui.end_disabled()
         if pressed and path and viewer.draw_picture(path, self._size, self._samples):
             self._asked = None
@@ -194,15 +195,16 @@ class Dialogs:
     def _help(self) -> None:
         centre = imgui.get_main_viewport().get_center()
         imgui.set_next_window_pos(centre, imgui.Cond_.always.value, (0.5, 0.5))
-        imgui.set_next_window_size((540.0, 0.0))
+        imgui.set_next_window_size((min(540.0, 2.0 * centre.x - 20.0), min(_HELP_PX, 2.0 * centre.y - 20.0)))
         flags = imgui.WindowFlags_.no_decoration.value | imgui.WindowFlags_.no_saved_settings.value
+        flags &= ~imgui.WindowFlags_.no_scrollbar.value  # in a low window
         imgui.begin("keys", None, flags)
         heading("Moving")
         for keys, text in MOVING:
             _key(keys, text)
         heading("Keys")
         for action in ACTIONS:
-            _key(" or ".join(action.keys), action.help)
+            _key(action.shown_keys, action.help)
         if imgui.is_mouse_clicked(0) and not imgui.is_window_hovered():
             self.help = False
         imgui.end()
@@ -217,8 +219,8 @@ def _key(keys: str, text: str) -> None:
 def _remark(path: Path | None, there: bool) -> None:
     if path is None:
         note("That names no file.")
-    elif there:
-        note(legible(f"{path} is there already."))
+    else:
+        note(legible(f"{path.name} is there already, in" if there else "In") + legible(f" {path.parent.absolute()}"))
 
 
 def _scenes_near(folder: Path) -> list[Path]:

@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 
 from greensward.viewer.brushes import Tool
 from greensward.viewer.clock import FASTEST, SLOWEST
+from greensward.viewer.controls import HINT
 from greensward.viewer.face.style import ACCENT, INK, MUTED, WARN, Icon, colour, packed
 from greensward.viewer.face.widgets import tip
 from greensward.viewer.saving import legible
@@ -69,12 +70,16 @@ def _brush(viewer: "Viewer") -> None:
         return
     draw = imgui.get_background_draw_list()
     heights = session.heights
-    if len(session.stroke) and session.tool != "press":
-        spots = np.array(session.stroke)
+    sowing = any(pane.busy for pane in viewer.panes)
+    if (stroke := session.stroke or (session.laid if sowing else [])) and session.tool != "press":
+        spots = np.array(stroke)
         points = np.column_stack([spots[:, 0], heights.height(spots[:, 0], spots[:, 1]) + 0.1, spots[:, 1]])
-        for point in points:
-            if (spot := viewer.sight.spot(point)) is not None:
-                draw.add_circle_filled(spot, 3.0, packed(ACCENT, 0.7))
+        shown = [spot for point in points if (spot := viewer.sight.spot(point)) is not None]
+        for under, wide in ((packed((0.0, 0.0, 0.0, 1.0), 0.4), 7.0), (packed(ACCENT), 4.0)):
+            for spot in shown:
+                draw.add_circle_filled(spot, 0.5 * wide, under)
+            for one, next_one in pairwise(shown):
+                draw.add_line(one, next_one, under, wide)
     if at is None:
         return
     angle = np.linspace(0.0, math.tau, _RING + 1)
@@ -178,6 +183,7 @@ def _time(viewer: "Viewer", size: tuple[int, int]) -> None:
     shown = "still" if viewer.resting else f"{fps:.0f} fps"
     at = pane.picture[1] if pane.picture else (0, 0)
     imgui.text_colored(colour(MUTED), f"{shown}   {at[0]}×{at[1]}   {session.walker.mode}")
+    tip("Frames a second, the size at which the picture is drawn, and how you move.")
     imgui.end()
 
 
@@ -194,6 +200,8 @@ def messages(viewer: "Viewer", size: tuple[int, int]) -> None:
     for problem in (*viewer.problems, *problems):
         lines.append((f"{Icon.warning}  {problem}", True))
     lines += [(f"{Icon.warning}  {text}" if bad else text, bad) for text, bad in viewer.told]
+    if not lines and viewer.is_new and viewer.panes[0].picture:
+        lines = [(HINT, False)]
     if not lines:
         return
     imgui.set_next_window_pos((0.5 * width, size[1] - 64.0), 0, (0.5, 1.0))
