@@ -32,8 +32,7 @@ class BillboardGrid:
     last: ClassVar[bool] = True
     draws_unstored: ClassVar[bool] = False
 
-    def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel, begins_m: float = 0.0) -> None:
-        """With `begins_m`, it starts at about that distance from the camera."""
+    def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
         assert isinstance(settings, Settings)
         self._ctx, self._world = ctx, world
         scene = world.scene
@@ -41,11 +40,11 @@ class BillboardGrid:
         self._billboard_m = settings.billboard_m
         self._turn = math.cos(math.radians(settings.turn_deg)), math.sin(math.radians(settings.turn_deg))
         _refuse(scene, settings, self._spacing_m)
-        self._there = world.ground.heights.there and scene.sowing.density_per_m2 > 0 and _mean_look(scene) is not None
         self._rays = self._billboards = self._shadow = None
         self._trace: moderngl.ComputeShader | None = None
         self._screen: moderngl.VertexArray | None = None
-        if not self._there:
+        look = _mean_look(scene)
+        if look is None or not world.ground.heights.there or scene.sowing.density_per_m2 == 0.0:
             return
         self._billboards = Billboards(ctx, scene, settings)
         self._rays = GroundRays(ctx, world.ground.heights)
@@ -67,8 +66,6 @@ class BillboardGrid:
             )
         shadow = build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines={**defines, "SHADOW": 1})
         self._shadow = ctx.vertex_array(shadow, [])
-        look = _mean_look(scene)
-        assert look is not None
         for shader in (self._shader, shadow):
             self._rays.prepare(shader)
             put(
@@ -84,7 +81,6 @@ class BillboardGrid:
                 opacity=settings.opacity,
                 meanLook=look[:4],
                 meanBlade=look[4:],
-                begins_m=begins_m,
             )
 
     @staticmethod

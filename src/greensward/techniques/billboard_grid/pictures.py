@@ -12,7 +12,8 @@ from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.io.rasters import decoded, read_rgba
 from greensward.scene import FlatGround, InputError, Scene
-from greensward.sowing import Field
+from greensward.sowing import Field, Page
+from greensward.sowing.species import sward_values
 from greensward.techniques.billboard_grid.settings import Settings
 from greensward.techniques.leaf import LEAF_BLOCK, LeafSettings
 
@@ -20,6 +21,7 @@ _FOLDER = "techniques/billboard_grid"
 _MOST_ROWS = 4096
 _INSTANCE = np.dtype([("number", "u4"), ("moved_m", "f4", 3), ("order", "f4")])
 _VERTICES = 22
+Rows = npt.NDArray[np.float32]
 _CLOSED_SLABS = 8
 """How many slabs together let nothing through: the picture of the last billboard that a ray meets."""
 _ABOUT_A_SLAB = np.pi / 4.0
@@ -104,8 +106,9 @@ def _grow(ctx: moderngl.Context, scene: Scene, settings: Settings) -> tuple[Pict
     try:
         field.sow((0.5 * edge_m, 0.0, 0.5 * deep_m), 0.0)
         leaf.bind()
-        tall_m = max((_tallest(page.blades.read()) for page in field.pages), default=mean_m)
-        grower = _Grower(ctx, field, settings, tall_m)
+        sown = [(page, _rows(page)) for page in field.pages]
+        tall_m = max((_tallest(rows) for _, rows in sown), default=mean_m)
+        grower = _Grower(ctx, sown, settings, tall_m)
         return grower.side(slab_m), grower.top(), tall_m
     finally:
         for part in (grower, leaf, field, ground):
@@ -115,9 +118,7 @@ def _grow(ctx: moderngl.Context, scene: Scene, settings: Settings) -> tuple[Pict
 
 def mean_length_m(scene: Scene) -> float:
     """Of a blade, over the scene's species by their shares."""
-    shares = np.array([grass.share for grass in scene.grass] or [1.0])
-    lengths = np.array([sum(grass.height_m) / 2.0 for grass in scene.grass] or [0.1])
-    return float(shares @ lengths / shares.sum()) if shares.sum() > 0 else 0.1
+    return float(sward_values(scene)["blade_m"][0]) or 0.1  # type: ignore[index]
 
 
 def _bed(scene: Scene, edge_m: float, deep_m: float) -> Scene:
@@ -141,7 +142,12 @@ def _bed(scene: Scene, edge_m: float, deep_m: float) -> Scene:
     ).in_folder(scene.resolve(""))
 
 
-def _points(rows: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+def _rows(page: Page) -> Rows:
+    """The blades of a page as they lie on the GPU: (n, 16)."""
+    return np.frombuffer(page.blades.read(), np.float32).reshape(-1, 16)
+
+
+def _points(rows: Rows) -> npt.NDArray[np.float32]:
     """Nine points of each blade's curve: (n, 9, 3)."""
     t = np.linspace(0.0, 1.0, 9, dtype=np.float32)[:, None]
     root, control, tip = (rows[:, None, first : first + 3] for first in (0, 4, 8))
@@ -149,16 +155,17 @@ def _points(rows: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     return curve
 
 
-def _tallest(blades: bytes) -> float:
-    rows = np.frombuffer(blades, np.float32).reshape(-1, 16)
+def _tallest(rows: Rows) -> float:
     return float(_points(rows)[..., 1].max(initial=1e-3))
 
 
 class _Grower:
     """Draws blades of a bed into pictures, four samples a texel."""
 
-    def __init__(self, ctx: moderngl.Context, field: Field, settings: Settings, tall_m: float) -> None:
-        self._ctx, self._field, self._settings, self._tall_m = ctx, field, settings, tall_m
+    def __init__(
+        self, ctx: moderngl.Context, sown: list[tuple[Page, Rows]], settings: Settings, tall_m: float
+    ) -> None:
+        self._ctx, self._sown, self._settings, self._tall_m = ctx, sown, settings, tall_m
         self._program = build(ctx, f"{_FOLDER}/grow.vert", f"{_FOLDER}/grow.frag")
 
     def side(self, slab_m: float) -> Picture:
@@ -210,8 +217,8 @@ class _Grower:
         ):
             self._program[name] = value
         self._program["texel_m"] = 0.5 * self._settings.billboard_m / self._settings.texture_px
-        for page in self._field.pages:
-            instances = _standing(page.blades.read(), low, high, wrapped, axes)
+        for page, rows in self._sown:
+            instances = _standing(rows, low, high, wrapped, axes)
             if not len(instances):
                 continue
             page.bind()
@@ -234,14 +241,13 @@ class _Grower:
 
 
 def _standing(
-    blades: bytes,
+    rows: Rows,
     low: tuple[float, float, float],
     high: tuple[float, float, float],
     wrapped: tuple[int, ...],
     axes: tuple[tuple[float, float, float], ...],
 ) -> npt.NDArray[np.void]:
     """Blades whose roots lie within the picture, again wherever they stand across its edges."""
-    rows = np.frombuffer(blades, np.float32).reshape(-1, 16)
     root = rows[:, :3] @ np.array(axes, np.float32).T
     ground = [k for k in range(3) if axes[k][1] == 0.0]
     chosen = np.flatnonzero(np.all([(root[:, k] >= low[k]) & (root[:, k] < high[k]) for k in ground], axis=0))

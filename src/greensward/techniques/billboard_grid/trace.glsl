@@ -26,7 +26,6 @@ uniform int layers;
 uniform float opacity;      // from which on a point shows grass
 uniform vec4 meanLook;      // colour of the billboards' upper blades, and how much light they let through
 uniform vec2 meanBlade;     // stiffness and roughness
-uniform float begins_m;     // distance from which on it is there; 0 everywhere
 uniform float timeNow;
 uniform float timePrevious;
 
@@ -100,9 +99,8 @@ vec2 shareAt(vec3 p_ws, Around a) {
 #endif
     float away = distance(p_ws, view.camera_ws.xyz);
     float far = 1.0 - smoothstep(0.82, 1.0, away / sward.reach_m);
-    float near = begins_m > 0.0 ? smoothstep(0.82, 1.0, away / begins_m) : 1.0;
     bool outside = ground.beyond == 1 && any(greaterThan(abs(p_ws.xz), 0.5 * ground.size_m));
-    return vec2(outside ? 0.0 : a.dense * map.r * far * near, map.b);
+    return vec2(outside ? 0.0 : a.dense * map.r * far, map.b);
 }
 
 float groundUnderneath(vec2 xz) {
@@ -235,7 +233,7 @@ float standsAt(int plane, uint axis) {
     return (float(plane) + irregular * (unit(hash3(uvec3(uint(plane + of), axis, sward.seed ^ 0x2545f491u))).x - 0.5)) * spacing_m;
 }
 
-// From one depth to another; `ground` tells whether the ground is what ends it. Returns the depth at which it left the grass
+// From one depth to another; `onGround` tells whether the ground is what ends it. Returns the depth at which it left the grass
 // upwards, or was given up before it was opaque, else NOWHERE_M.
 float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, float to, bool onGround, bool filled, int most) {
     vec2 way = toGrid(ray.xz), start = inCell_m + toGrid(eye_rs.xz), at = start + from * way;
@@ -305,13 +303,13 @@ bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool onGround, out T
     if (slope.y < STEEPEST || slopeShare(slope.y) <= 0.0) return false;
     a = around(entry);
     a.dense *= slopeShare(slope.y);
-    // where the ray that ends on the ground came down through the tips for the last time
-    vec3 under = onGround ? groundNormal((eye + ray * end_m).xz) : vec3(0.0, 1.0, 0.0);
-    float down = onGround ? end_m - layer_m / max(-(ray.y + dot(under.xz, ray.xz) / under.y), 1e-4) : NOWHERE_M;
 #ifdef SHADOW
     follow(t, a, eye_rs, ray, from, NOWHERE_M, false, false, steps);
     return t.depth_m < NOWHERE_M;
 #endif
+    // where the ray that ends on the ground came down through the tips for the last time
+    vec3 under = onGround ? groundNormal((eye + ray * end_m).xz) : vec3(0.0, 1.0, 0.0);
+    float down = onGround ? end_m - layer_m / max(-(ray.y + dot(under.xz, ray.xz) / under.y), 1e-4) : NOWHERE_M;
     bool through = !onGround || (inside || down - from > 0.5 * (end_m - down) + 4.0 * spacing_m);
     float left = follow(t, a, eye_rs, ray, from, end_m, onGround, !through || inside, through ? FARTHER * steps : steps);
     if (left < NOWHERE_M && onGround && down > left) {
