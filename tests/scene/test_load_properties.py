@@ -90,9 +90,12 @@ def told(*args, **options):
 
 def check(table):
     try:
-        FILE.write_text(tomli_w.dumps(table), encoding="utf-8")
+        text = tomli_w.dumps(table)
+        FILE.write_text(text, encoding="utf-8")
     except (ValueError, TypeError, UnicodeError):
         return
+    if any(word in text for word in BAD_WORDS):
+        return  # a sentence quotes what the user wrote
     told(FILE, technique_settings={"visibility-buffer": Sky})
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.culling import Span
+from greensward.gpu.buffers import filled
 from greensward.gpu.program import build_compute, put
 from greensward.motion.colliders import GRID, MOST_INSTANTS, Colliders
 from greensward.motion.postures import motion_defines
@@ -127,8 +128,7 @@ class Simulated:
 
     def _state(self, page: Page) -> moderngl.Buffer:
         if page not in self._states:
-            self._states[page] = self._ctx.buffer(reserve=page.count * STATE_BYTES)
-            self._states[page].clear(chunk=np.full(1, -1.0, np.float32).tobytes())
+            self._states[page] = filled(self._ctx, page.count * STATE_BYTES, np.float32(-1.0))
         return self._states[page]
 
     # A field that is sown anew -------------------------------------------------------------------------------
@@ -140,8 +140,7 @@ class Simulated:
         if not count or self._kept:
             return
         slots = 1 << int(np.ceil(np.log2(2 * count)))
-        claims, entries = self._ctx.buffer(reserve=slots * 4), self._ctx.buffer(reserve=slots * _ENTRY_BYTES)
-        claims.clear()
+        claims, entries = filled(self._ctx, slots * 4), self._ctx.buffer(reserve=slots * _ENTRY_BYTES)
         self._kept = claims, entries
         for page in held:
             self._carry_over(self._keep, page)

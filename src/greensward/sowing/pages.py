@@ -8,6 +8,8 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from greensward.gpu.buffers import filled
+
 BLADE_BYTES, POSTURE_BYTES = 64, 24
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -60,7 +62,7 @@ class Page:
         self.count = int(tiles.up_to[:, 7].sum())
         self.head_count = int(tiles.heads.sum())
         self.blades = ctx.buffer(reserve=self.count * BLADE_BYTES)
-        self.postures = ctx.buffer(reserve=self.count * POSTURE_BYTES)
+        self.postures = filled(ctx, self.count * POSTURE_BYTES)
         self.heads = ctx.buffer(reserve=max(self.head_count, 1) * 4)
         self.sown = ctx.buffer(reserve=self.count * BLADE_BYTES) if carried else None
 

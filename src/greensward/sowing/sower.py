@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from greensward.gpu.buffers import filled
 from greensward.gpu.program import build_compute
 from greensward.sowing.pages import Floats, Page, Tiles, page_numbers, starts
 
@@ -63,8 +64,7 @@ class Sower:
         words = -(-tiles["candidates"].astype(np.int64) // 32)
         counts = np.zeros(len(tiles), _COUNT)
         counts["first_word"] = starts(words)
-        marks = self._ctx.buffer(reserve=max(int(words.sum()), 1) * _MARK_BYTES)
-        marks.clear()
+        marks = filled(self._ctx, max(int(words.sum()), 1) * _MARK_BYTES)
         tile_buffer, count_buffer = self._bind(tiles, counts, marks)
         self._run(self._marker, len(tiles), uniforms)
         self._tally["tileCount"] = len(tiles)

@@ -1,5 +1,6 @@
 """The time of day as the place of the sun, on a day in May at 48° north."""
 
+import functools
 import math
 
 _LATITUDE, _DECLINATION = math.radians(48.0), math.radians(19.0)
@@ -19,6 +20,7 @@ def sun_at(hour: float) -> tuple[float, float]:
     return math.degrees(math.atan2(east, north)) % 360.0, math.degrees(math.asin(sine))
 
 
+@functools.lru_cache(maxsize=1)
 def hour_of(azimuth_deg: float, elevation_deg: float) -> float:
     """The hour at which the sun comes nearest to a place in the sky."""
 
