@@ -28,7 +28,7 @@ from greensward.passes.temporal import Moment, Temporal
 from greensward.passes.water import WaterPass
 from greensward.scene import Camera, InputError, Scene
 from greensward.surfaces import MIRROR, PICTURE, Surfaces
-from greensward.techniques import chosen
+from greensward.techniques import chosen, far_level
 from greensward.truth import Truth, camera_record, read_truth
 from greensward.viewpoint import camera_view, jitter, place
 from greensward.world import Instant, World
@@ -145,7 +145,8 @@ class Renderer:
         sown = self._technique_type.draws_field(self._settings)
         self._world = World(ctx, self.scene, heights, shell, scripts, sown, stray_m)
         self._technique = self._technique_type(ctx, self._world, self._settings)
-        self._surfaces = Surfaces(ctx, self._world, self._technique, shell, self._depth, self.timers)
+        self._far = far_level(ctx, self._world)
+        self._surfaces = Surfaces(ctx, self._world, self._technique, self._far, shell, self._depth, self.timers)
         self._shadows = ShadowMaps(ctx, self._world)
         self._gbuffer = GBuffer(ctx, size, self._depth, shell)
         self._blade_pixels = BladePixels(ctx)
@@ -429,7 +430,7 @@ class Renderer:
                 self._blade_pixels,
                 self._lighting,
                 self._post,
-                *(part for part in (self._water, self._blur, self._temporal) if part),
+                *(part for part in (self._far, self._water, self._blur, self._temporal) if part),
                 self._world,
             ):
                 part.release()

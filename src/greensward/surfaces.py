@@ -31,11 +31,12 @@ class Surfaces:
         ctx: moderngl.Context,
         world: World,
         technique: Technique,
+        far: Technique | None,
         shell: Shell,
         depth: ReversedDepth,
         timers: PassTimers,
     ) -> None:
-        self._ctx, self._world, self._technique = ctx, world, technique
+        self._ctx, self._world, self._technique, self._far = ctx, world, technique, far
         self._depth, self._timers = depth, timers
         self._blocks = [BlockBuffer(ctx, VIEW_BLOCK) for _ in range(MIRROR + 1)]
         self._terrain = Terrain(ctx, world, shell, technique.last)
@@ -47,6 +48,8 @@ class Surfaces:
     def update(self, instant: Instant) -> None:
         """Compute work for this instant, once for all views."""
         self._technique.update(instant)
+        if self._far:
+            self._far.update(instant)
         self.flowers.update(instant)
 
     def cast(self, framebuffers: Sequence[moderngl.Framebuffer], views: Sequence[View]) -> None:
@@ -103,12 +106,13 @@ class Surfaces:
         objects, ground = ("objects", self._solids.draw), ("ground", self._terrain.draw)
         grass, heads = ("grass", self._technique.draw), ("heads", self._heads.draw)
         flowers, pyramid = ("flowers", self.flowers.draw), [("ground", self._build_pyramid)] if hiding else []
+        far = [("far", self._far.draw)] if self._far else []
         if self._technique.last:
-            return [objects, heads, flowers, ground, *pyramid, grass]
+            return [objects, heads, flowers, ground, *pyramid, grass, *far]
         if hiding:
-            return [objects, ground, *pyramid, grass, heads, flowers]
-        # the ground last: where grass hides it, its shader does not run
-        return [objects, grass, heads, flowers, ground]
+            return [objects, ground, *pyramid, grass, heads, flowers, *far]
+        # the ground after it: where grass hides it, its shader does not run
+        return [objects, grass, heads, flowers, ground, *far]
 
     def _build_pyramid(self, view: View) -> None:
         assert self._world.pyramid

@@ -184,7 +184,7 @@ class World:
             away = distance_to(tiles, views[0].camera_ws)
             # the nearest first, so that what they hide is rejected by its depth
             order = np.argsort(away, kind="stable")
-            shares = shares_needed(tiles, views, away, full_density_m, sowing.reach_m)[:, order]
+            shares = shares_needed(tiles, views, away, full_density_m, sowing.blades_m)[:, order]
             eighths = np.ceil(shares * 8.0).astype(np.int64)
             for view, needed in zip(views, eighths, strict=True):
                 blades = self._blades(page, order, needed)

@@ -57,11 +57,11 @@ float presence(Blade b, float distance_m) {
     float rank = bladeRank(b);
     if (b.y < view.clip_below_m || (view.low_detail != 0 && (b.look & 32u) == 0u)) return 0.0;
 #ifdef ALL_DISTANCES
-    return rank > view.density || view.density <= 0.0 || distance_m >= sward.reach_m ? 0.0 : 1.0;
+    return rank > view.density || view.density <= 0.0 || distance_m >= sward.blades_m ? 0.0 : 1.0;
 #else
     float risen = risenAt(distance_m, view.density);
     if (rank > view.density || risen <= 0.0) return 0.0;
-    float edge = 1.0 - smoothstep(0.82, 1.0, distance_m / sward.reach_m);
+    float edge = 1.0 - smoothstep(0.82, 1.0, distance_m / sward.blades_m);
     return edge * clamp((risen - rank) / (GROWING * risen), 0.0, 1.0);
 #endif
 }

@@ -30,9 +30,9 @@ float firstRoot(float g0, float middle, float g1) {
     return s <= 1.0 ? s : NOWHERE;
 }
 
-// The depth at which a ray meets the ground, or what is so far above it
-float march(vec3 eye, vec3 ray, float above_m) {
-    float t = range_m.x;
+// The depth, from one on, at which a ray meets the ground, or what is so far above it
+float march(vec3 eye, vec3 ray, float from, float above_m) {
+    float t = from;
     if (eye.y < view.clip_below_m) {
         if (ray.y <= 0.0) return NOWHERE;
         t = max(t, (view.clip_below_m - eye.y) / ray.y);

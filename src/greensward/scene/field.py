@@ -1,9 +1,9 @@
 """Where blades grow and how they age, which of them are drawn, and how."""
 
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from greensward.scene.base import Count, FileName, Flag, Model, Number, Text
 
@@ -30,10 +30,24 @@ class Sowing(Model):
     full_density_m: Number = Field(8.0, gt=0, le=100_000)
     """Every blade is kept up to this distance from the camera; beyond, fewer and wider ones stand for them."""
     reach_m: Number = Field(300.0, gt=0, le=100_000)
-    """No blades are drawn beyond this distance from the camera; the ground takes their colour."""
+    """No grass is drawn beyond this distance from the camera; the ground takes its colour."""
+    traced_m: Number | None = Field(None, gt=0, le=100_000)
+    """No blades are drawn beyond this distance from the camera, and as far as `reach_m` rays are followed through pictures
+    of grass instead, as `billboard-grid` does; left out, blades go as far. Not for `billboard-grid` itself, which has none."""
     stored_m: Number | None = Field(None, ge=0, le=100_000)
     """Blades of the ground farther away than this take no memory: they grow from the seed in every frame, and have
     neither flowers nor seed heads nor simulation. 0 stores none; left out, all are. For `visibility-buffer` only."""
+
+    @model_validator(mode="after")
+    def _is_traced_within_reach(self) -> Self:
+        if self.traced_m is not None and self.traced_m >= self.reach_m:
+            raise ValueError(f"traced_m must be below reach_m, {self.reach_m:g} (got {self.traced_m:g})")
+        return self
+
+    @property
+    def blades_m(self) -> float:
+        """How far from the camera there are blades."""
+        return self.reach_m if self.traced_m is None else self.traced_m
 
 
 _Part = Annotated[Number, Field(ge=0, le=1)]

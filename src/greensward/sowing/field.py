@@ -121,7 +121,7 @@ class Field:
     def _tiles(self, focus: Floats, slack_m: float) -> tuple[Table, Floats]:
         """Tiles that touch the reach, and how far they are: each level twice as far and as large as the last."""
         scene, sowing = self._scene, self._scene.sowing
-        density, reach = sowing.density_per_m2, sowing.reach_m + slack_m
+        density, reach = sowing.density_per_m2, sowing.blades_m + slack_m
         if density <= 0 or not self._species_count or scene.ground.kind == "none":
             return np.zeros(0, TILE), np.zeros(0)
         leaf = leaf_edge_m(density)
@@ -135,7 +135,7 @@ class Field:
             low = xz * size
             beside = np.maximum(np.maximum(low - focus[[0, 2]], focus[[0, 2]] - low - size), 0.0)
             away = np.maximum(np.hypot(beside[:, 0], beside[:, 1]) - slack_m, 0.0)
-            keep = away <= sowing.reach_m
+            keep = away <= sowing.blades_m
             if scene.ground.beyond == "bare":
                 half = 0.5 * np.array(scene.ground.size_m)
                 keep &= np.all((low < half) & (low + size > -half), axis=1)

@@ -59,7 +59,7 @@ Seed seedOf(Tile tile, uint j) {
 }
 
 // Whether any camera this far away may need it
-bool isKept(Seed seed, float away) { return seed.rank <= keptShare(away) && away <= sward.reach_m; }
+bool isKept(Seed seed, float away) { return seed.rank <= keptShare(away) && away <= sward.blades_m; }
 
 bool sprout(Seed seed, out Blade blade) {
     vec2 xz = seed.root.xz;

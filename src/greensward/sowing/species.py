@@ -27,6 +27,7 @@ SWARD_BLOCK = declare(
     ("drift", "float"),
     ("full_density_m", "float"),
     ("reach_m", "float"),
+    ("blades_m", "float"),
     ("canopy_m", "float"),
     ("blade_m", "vec2"),  # mean length and width of a blade
     ("leaf_m", "float"),
@@ -76,6 +77,7 @@ def sward_values(scene: Scene) -> dict[str, object]:
         "drift": sowing.drift,
         "full_density_m": sowing.full_density_m,
         "reach_m": sowing.reach_m,
+        "blades_m": sowing.blades_m,
         "canopy_m": 0.8 * float(mean[0]),
         "blade_m": mean,
         "leaf_m": leaf_edge_m(sowing.density_per_m2),

@@ -1,5 +1,6 @@
 """HOW grass is drawn: one folder each, Python and GLSL together."""
 
+import moderngl
 from pydantic import BaseModel, ValidationError
 
 from greensward.scene import Scene, SceneError
@@ -9,8 +10,11 @@ from greensward.techniques.billboard_grid import BillboardGrid
 from greensward.techniques.technique import Technique
 from greensward.techniques.tessellated_quads import TessellatedQuads
 from greensward.techniques.visibility_buffer import VisibilityBuffer
+from greensward.world import World
 
 TECHNIQUES: tuple[type[Technique], ...] = (BezierBlades, BillboardGrid, TessellatedQuads, VisibilityBuffer)
+FAR = BillboardGrid
+"""What stands for blades beyond `sowing.traced_m`."""
 
 SETTINGS: dict[str, type[BaseModel]] = {technique.name: technique.Settings for technique in TECHNIQUES}
 
@@ -22,6 +26,8 @@ def chosen(scene: Scene) -> tuple[type[Technique], BaseModel]:
         if technique.name == choice.name:
             if scene.sowing.stored_m is not None and (why := _must_be_stored(scene, technique)):
                 raise SceneError([f"scene: sowing.stored_m: {why}; leave stored_m out"])
+            if scene.sowing.traced_m is not None and (why := _must_be_blades(scene, technique)):
+                raise SceneError([f"scene: sowing.traced_m: {why}; leave traced_m out"])
             try:
                 return technique, technique.Settings.model_validate(choice.model_extra or {})
             except ValidationError as error:
@@ -36,4 +42,15 @@ def _must_be_stored(scene: Scene, technique: type[Technique]) -> str:
     return "blades that are not stored cannot grow older as [growth] says" if scene.growth else ""
 
 
-__all__ = ["SETTINGS", "TECHNIQUES", "Technique", "chosen"]
+def _must_be_blades(scene: Scene, technique: type[Technique]) -> str:
+    if technique is FAR:
+        return f"is for techniques that draw blades, and {technique.name} draws none"
+    return "pictures of grass cannot grow older as [growth] says" if scene.growth else ""
+
+
+def far_level(ctx: moderngl.Context, world: World) -> Technique | None:
+    """What draws the grass beyond `sowing.traced_m`; None where the scene has blades everywhere."""
+    return None if world.scene.sowing.traced_m is None else FAR(ctx, world, FAR.Settings(), far=True)
+
+
+__all__ = ["SETTINGS", "TECHNIQUES", "Technique", "chosen", "far_level"]

@@ -9,11 +9,7 @@ float nearer(Blade b, float share) {
     return max(1.0 - (1.0 - pow(share, 0.3333)) * sward.canopy_m * sward.grown / above, 0.5);
 }
 
-// What makes it differ from others of its species: a factor
-vec3 shadeOf(Blade b) {
-    float tint = bladeTint(b) - 0.5;
-    return vec3(1.0 + 0.55 * tint, 1.0 + 0.38 * tint, 1.0 + 0.1 * tint);
-}
+vec3 shadeOf(Blade b) { return shadeOf(bladeTint(b) - 0.5); }
 
 void coloursOf(Blade b, vec3 shade, out vec3 root, out vec3 tip) {
     int kind = bladeSpecies(b);

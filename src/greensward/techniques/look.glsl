@@ -11,6 +11,9 @@ const float HIGHER = 0.34, TURNED = 0.12;
 
 float higher(float at, float share, float power) { return mix(1.0, at, pow(share, power)); }
 
+// What makes a blade differ from others of its species: a factor, of a number from -0.5 to 0.5
+vec3 shadeOf(float tint) { return vec3(1.0 + 0.55 * tint, 1.0 + 0.38 * tint, 1.0 + 0.1 * tint); }
+
 struct Look {
     vec4 root;   // colour, transmittance
     vec4 tip;    // colour, roughness

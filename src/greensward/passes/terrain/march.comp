@@ -12,7 +12,7 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, ivec2(view.size_px.xy)))) return;
     vec3 eye = view.eye_ws.xyz, ray = rayThrough(pixel);
-    float depth = march(eye, ray, 0.0);
+    float depth = march(eye, ray, range_m.x, 0.0);
     if (depth < range_m.x || depth > range_m.y || depth >= imageLoad(depthImage, pixel).r) return;
     vec4 previousClip = view.previous_clip_from_relative * vec4(view.eye_rs.xyz + ray * depth, 1.0);
     imageStore(motionImage, pixel, vec4(packMotion(vec2(pixel) + 0.5, previousClip), 0.0, 0.0));

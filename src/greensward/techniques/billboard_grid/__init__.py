@@ -24,7 +24,10 @@ _FARTHEST_M = 1e6
 
 
 class BillboardGrid:
-    """One pass over the picture: every ray enters the grass at its tips, and ends where it has become opaque."""
+    """One pass over the picture: every ray enters the grass at its tips, and ends where it has become opaque.
+
+    With `far` it begins where a technique that draws blades leaves off, as `sowing.traced_m` says.
+    """
 
     name: ClassVar[str] = "billboard-grid"
     source: ClassVar[str] = "Habel, Wimmer & Jeschke 2007, Instant Animated Grass"
@@ -32,7 +35,7 @@ class BillboardGrid:
     last: ClassVar[bool] = True
     draws_unstored: ClassVar[bool] = False
 
-    def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
+    def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel, *, far: bool = False) -> None:
         assert isinstance(settings, Settings)
         self._ctx, self._world = ctx, world
         scene = world.scene
@@ -50,6 +53,7 @@ class BillboardGrid:
         self._rays = GroundRays(ctx, world.ground.heights)
         defines = motion_defines(scene)
         for name, flag in (
+            ("FAR", far),
             ("MIDDLE_PLANE", settings.middle_plane),
             ("EARLY_EXIT", settings.early_exit),
             ("FILL_COLOUR", settings.fill == "colour"),
@@ -64,9 +68,10 @@ class BillboardGrid:
             self._screen = ctx.vertex_array(
                 build(ctx, "shaders/screen.vert", f"{_FOLDER}/trace.frag", defines=defines), []
             )
-        shadow = build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines={**defines, "SHADOW": 1})
-        self._shadow = ctx.vertex_array(shadow, [])
-        for shader in (self._shader, shadow):
+        if not far:
+            shadow = build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines={**defines, "SHADOW": 1})
+            self._shadow = ctx.vertex_array(shadow, [])
+        for shader in (self._shader, self._shadow.program) if self._shadow else (self._shader,):
             self._rays.prepare(shader)
             put(
                 shader,
@@ -101,12 +106,13 @@ class BillboardGrid:
 
     def draw(self, view: View) -> None:
         """Follow a ray through every pixel of the view."""
-        if not (self._billboards and self._rays and self._shadow):
+        if not (self._billboards and self._rays):
             return
-        if view.purpose == "shadow" and view.density == 0.0:
+        casting = self._shadow if view.purpose == "shadow" else None
+        if view.purpose == "shadow" and (casting is None or view.density == 0.0):
             return
         self._billboards.bind(_UNIT)
-        shader = self._shadow.program if view.purpose == "shadow" else self._shader
+        shader = casting.program if casting else self._shader
         at = np.array([[self._turn[0], self._turn[1]], [-self._turn[1], self._turn[0]]]) @ view.origin_ws[[0, 2]]
         cell = np.floor(at / self._spacing_m)
         put(
@@ -117,12 +123,12 @@ class BillboardGrid:
             timeNow=self._instant.time_s,
             timePrevious=self._instant.previous_time_s,
         )
-        if view.purpose == "shadow":
+        if casting:
             self._rays.bind(shader, (0.0, _FARTHEST_M))
             relative_from_clip = np.linalg.inv(view.clip_from_world @ view.world_from_relative)
             put(shader, relative_from_clip=tuple(relative_from_clip.T.ravel()))
             self._ctx.enable_only(moderngl.DEPTH_TEST)
-            self._shadow.render(moderngl.TRIANGLES, vertices=3)
+            casting.render(moderngl.TRIANGLES, vertices=3)
             return
         self._rays.bind(shader, view.near_and_far_m)
         if self._trace:

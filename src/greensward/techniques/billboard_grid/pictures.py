@@ -131,6 +131,7 @@ def _bed(scene: Scene, edge_m: float, deep_m: float) -> Scene:
         "max_slope_deg": 90.0,
         "full_density_m": 2.0 * reach_m,
         "reach_m": reach_m,
+        "traced_m": None,
         "stored_m": None,
     }
     return Scene(

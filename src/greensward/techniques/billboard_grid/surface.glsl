@@ -6,6 +6,9 @@
 layout(binding = 13) uniform usampler2D seenId;
 layout(binding = 14) uniform sampler2D seenDepth_m;
 
+const float TIPS = 1.05;  // what shows over the mean of the upper blades
+const float TILT = 2.1;   // in radians, from those that lean to the viewer to those that lean away
+
 bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     float end_m = texelFetch(seenDepth_m, pixel, 0).r;
     Traced t;
@@ -25,13 +28,21 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
         float told = smoothstep(0.0, 6.0, away) * (1.0 - smoothstep(0.15, 0.6, tufts * footprint));
         if (told > 0.0) mottled += 0.22 * told * simplex(p_ws.xz * tufts, 177u + uint(tufts * 100.0));
     }
+    vec3 toViewer = normalize(view.eye_ws.xyz - p_ws);
+    vec3 back = normalize(toViewer - up * dot(toViewer, up)), wall = normalize(0.8 * back + 0.75 * up);
+#ifdef FAR
+    // as the blades that it goes on from, each of which is a pixel wide there: of the colour of tips, and each turned its way
+    vec3 random = unit(hash3(uvec3(t.blade, 5u, sward.seed))) - 0.5;
+    drifted = TIPS * sown.rgb * shadeOf(random.x);
+    sown.rgb *= TIPS;
+    float around = 3.14159 * random.y, tilt = TILT * random.z;
+    t.normal_ws = cos(tilt) * (cos(around) * back + sin(around) * cross(up, back)) + sin(tilt) * up;
+#endif
     s.baseColour = mottled * mix(drifted, sown.rgb, 0.7 * far);
     float along = clamp(t.along * all, 0.0, 1.0), high = clamp(t.high * all, 0.0, 1.0);
     s.transmittance = meanLook.w * mix(0.45, 1.0, along);
     s.roughness = mix(meanBlade.y, 0.95, far);
     s.occlusion = mix(mix(0.2, 0.8, far), 1.0, high * (2.0 - high));
-    vec3 toViewer = normalize(view.eye_ws.xyz - p_ws);
-    vec3 wall = normalize(0.8 * normalize(toViewer - up * dot(toViewer, up)) + 0.75 * up);
     s.normal_ws = mix(normalize(t.normal_ws + 1e-4 * up), wall, 0.8 * far);
     s.surfaceClass = CLASS_GRASS;
     s.bladeId = t.blade;

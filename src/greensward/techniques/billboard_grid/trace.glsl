@@ -33,6 +33,15 @@ const float STEEPEST = 0.5;  // normal's y on a slope of 60 degrees, beyond whic
 const float SHARPER = 1.5;  // levels of detail, as jittered samples average what is left
 const int FARTHER = 6;       // times as many steps for rays that need not end in the grass
 const float NOWHERE_M = 1e9;
+// Of what grass hides from above, how much the lowest plane does
+#ifdef FAR
+const float LOWEST_PART = 8.0;  // fewer billboards are met by those who look down than close what blades do
+#elif defined MIDDLE_PLANE
+const float LOWEST_PART = 0.5;
+#else
+const float LOWEST_PART = 1.0;
+#endif
+const float NEAREST = 0.82;  // of where there are no blades any more, as presence() has it
 
 // What is the same along a ray, as wind and drifts change over more than it goes through the grass
 struct Around {
@@ -99,6 +108,9 @@ vec2 shareAt(vec3 p_ws, Around a) {
 #endif
     float away = distance(p_ws, view.camera_ws.xyz);
     float far = 1.0 - smoothstep(0.82, 1.0, away / sward.reach_m);
+#ifdef FAR
+    far *= smoothstep(NEAREST, 1.0, away / sward.blades_m);
+#endif
     bool outside = ground.beyond == 1 && any(greaterThan(abs(p_ws.xz), 0.5 * ground.size_m));
     return vec2(outside ? 0.0 : a.dense * map.r * far, map.b);
 }
@@ -195,7 +207,10 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
     over(t, colour, vec3(xz.x, tilt.y, xz.y), above_m / max(sward.canopy_m, 1e-3), shape.w);
     if (reached(t, depth_m, lod + SHARPER)) {
         t.rest = rest;
-#ifndef SHADOW
+#ifdef FAR
+        // one blade to each pixel across
+        t.blade = nameOf(uint(plane) * 2u + uint(alongX), uint(int(floor(u * size.x * exp2(-max(round(lod + SHARPER), 0.0))))));
+#elif !defined SHADOW
         ivec3 texel = ivec3(ivec2(fract(uv.x) * size.x, min(uv.y * size.y, size.y - 1.0)), layer);
         t.blade = nameOf(uint(plane) * 2u + uint(alongX), texelFetch(sideBlade, texel, 0).r + 65536u * uint(int(floor(u))));
 #endif
@@ -219,7 +234,10 @@ void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, float
     over(t, colour * (shown / colour.a), vec3(xz.x, sqrt(max(1.0 - dot(tilt, tilt), 0.0)), xz.y), at, shape.w);
     if (reached(t, depth_m, lod)) {
         t.rest = at;
-#ifndef SHADOW
+#ifdef FAR
+        uvec2 cell = uvec2(ivec2(floor(uv * size * exp2(-max(round(lod), 0.0)))));
+        t.blade = nameOf(4000000000u + cell.x * 71u, cell.y * 7919u);
+#elif !defined SHADOW
         ivec3 texel = ivec3(ivec2(fract(uv) * size), 0);
         uvec2 copy = uvec2(ivec2(floor(uv)));
         t.blade = nameOf(4000000000u + copy.x * 71u + copy.y * 7919u, texelFetch(topBlade, texel, 0).r);
@@ -266,11 +284,7 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
 #endif
         if (high <= 0.0) {
             float there = mix(before, depth_m, above / max(above - high, 1e-6));
-#ifdef MIDDLE_PLANE
-            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.0, 0.5, there, share);
-#else
-            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.0, 1.0, there, share);
-#endif
+            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.0, LOWEST_PART, there, share);
             return NOWHERE_M;
         }
         if (last) return NOWHERE_M;
@@ -292,10 +306,15 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
 bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool onGround, out Traced t, out Around a) {
     lot = unit(hash3(uvec3(pixel, floatBitsToUint(view.jitter.x)))).x;
     t = Traced(vec4(0.0), vec3(0.0), 0.0, 0.0, NOWHERE_M, 0u, 0.0);
+    float nearest_m = range_m.x;
+#ifdef FAR
+    nearest_m = max(nearest_m, NEAREST * sward.blades_m / length(ray));
+    if (end_m <= nearest_m) return false;
+#endif
     vec3 eye = view.origin_ws.xyz + eye_rs;
     // the source cannot have the camera in the grass; here rays begin there, and go farther
-    bool inside = eye.y + ray.y * range_m.x < groundHeight(eye.xz) + layer_m;
-    float from = inside ? range_m.x : march(eye, ray, layer_m);
+    bool inside = eye.y + ray.y * nearest_m < groundHeight(eye.xz + ray.xz * nearest_m) + layer_m;
+    float from = inside ? nearest_m : march(eye, ray, nearest_m, layer_m);
     if (from < range_m.x || from >= min(end_m, range_m.y)) return false;
     vec3 entry = eye + ray * from;
     if (distance(entry, view.camera_ws.xyz) > sward.reach_m) return false;
@@ -312,7 +331,8 @@ bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool onGround, out T
     float down = onGround ? end_m - layer_m / max(-(ray.y + dot(under.xz, ray.xz) / under.y), 1e-4) : NOWHERE_M;
     bool through = !onGround || (inside || down - from > 0.5 * (end_m - down) + 4.0 * spacing_m);
     float left = follow(t, a, eye_rs, ray, from, end_m, onGround, !through || inside, through ? FARTHER * steps : steps);
-    if (left < NOWHERE_M && onGround && down > left) {
+    if (left < NOWHERE_M && onGround) {
+        down = max(down, left);
         vec3 again = eye + ray * down;
         if (distance(again, view.camera_ws.xyz) < sward.reach_m) {
             Around other = around(again);

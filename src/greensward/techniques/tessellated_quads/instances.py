@@ -84,7 +84,7 @@ class Instances:
         self._views, self.groups = tuple(views), {}
         places: list[np.ndarray] = []
         at = 0
-        nodes, shown, away = patches_in_view(self._grid, views, views[0].camera_ws, self._world.scene.sowing.reach_m)
+        nodes, shown, away = patches_in_view(self._grid, views, views[0].camera_ws, self._world.scene.sowing.blades_m)
         for view, mask in zip(views, shown, strict=True):
             nearest = np.nonzero(mask)[0][np.argsort(away[mask], kind="stable")]
             needed = self._needed(away[nearest], view)

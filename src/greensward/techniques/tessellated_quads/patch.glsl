@@ -31,7 +31,7 @@ bool takeStored(out uint index, out ivec2 place, out Stored s) {
 bool mayShow(uint index, ivec2 place, Stored s) {
     vec2 xz = (vec2(place) + vec2(s.x, s.z)) * patch_m;
     float near = max(distance(xz, view.camera_ws.xz) - 0.5 * sward.clump_m, 0.0), rank = (float(index) + 0.5) / float(bladesStored);
-    if (near >= sward.reach_m || rank > view.density) return false;
+    if (near >= sward.blades_m || rank > view.density) return false;
 #ifndef ALL_DISTANCES
     if (rank > risenAt(near, view.density)) return false;
 #endif
