@@ -97,6 +97,13 @@ def test_no_page_tells_of_one_machine(page):
     assert not re.search(r"(?<![\w.])/(home|root|work|tmp|Users)/", text)
 
 
+def test_figures_of_speed_are_those_that_are_kept(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["figures", "--check"])
+    with pytest.raises(SystemExit) as left:
+        runpy.run_path(str(ROOT / "scripts" / "figures"), run_name="__main__")
+    assert (left.value.code, capsys.readouterr().err) == (0, "")
+
+
 def test_every_picture_is_shown_drawn_by_the_script_and_small():
     pictures = sorted((ROOT / "docs" / "pictures").iterdir())
     shown = "".join(page.read_text(encoding="utf-8") for page in PAGES)

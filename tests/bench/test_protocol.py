@@ -142,6 +142,30 @@ def test_a_row_counts_everything(renderer):
     assert row["over_floor"] == pytest.approx(row["frame_ms_median"] / row["floor_ms"], rel=0.05, abs=0.02)
 
 
+def test_the_first_frame_counts_from_when_building_began(renderer, monkeypatch):
+    """By a clock of which every look takes a second."""
+    scene, clock, looks = small_scene(), count(10), []
+    subject = renderer(scene, size=SIZE)
+    draw = subject.draw
+    monkeypatch.setattr(protocol.time, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(subject, "draw", lambda *args, **more: (looks.append(next(clock)), draw(*args, **more)))
+    row = measure(subject, scene.camera, SIZE, Pace("quick", 1, warm_up=3), None, False, 4)
+    assert looks[0] < 4 + row["first_frame_s"] < looks[1]
+
+
+@pytest.mark.parametrize(("still", "places"), [(True, 1), (False, 4)])
+def test_a_camera_may_stand_where_its_path_begins(renderer, monkeypatch, still, places):
+    scene, cameras = small_scene(), []
+    subject = renderer(scene, size=SIZE)
+    draw = subject.draw
+    monkeypatch.setattr(subject, "draw", lambda *args, **more: (cameras.append(more["camera"]), draw(*args, **more)))
+    path = CameraPath.recorded([(0.0, Camera()), (1.0, Camera(position_m=(2.0, 1.7, 8.0)))])
+    row = measure(subject, scene.camera, SIZE, Pace("quick", 4, warm_up=1), path, still)
+    assert len(set(cameras)) == places
+    assert cameras[0] == camera_on_path(scene.camera, 0, path)
+    assert row["first_frame_s"] is None
+
+
 def test_with_timer_queries_each_pass_has_both_times(renderer, monkeypatch):
     monkeypatch.setattr(timers, "has_timer_queries", lambda _: True)
     scene = small_scene()

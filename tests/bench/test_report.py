@@ -103,6 +103,14 @@ def test_tables_are_regular(kept):
         assert len({len(re.findall(r"(?<!\\)\|", line)) for line in block.splitlines()}) == 1
 
 
+def test_the_first_frame_is_told_where_it_is_known(kept):
+    assert "first, s" not in markdown_tables(kept)
+    kept["rows"][0]["first_frame_s"] = 1.256
+    text = markdown_tables(kept)
+    assert "| 1.26 |" in text
+    assert text.count("first, s") == 1
+
+
 def test_no_frames_is_an_empty_report(kept, tmp_path):
     kept["rows"] = []
     assert [path.name for path in write_report(tmp_path, kept, {})] == ["report.html", "report.md"]

@@ -35,6 +35,14 @@ def test_a_run_gives_flat_rows_of_every_case_and_technique():
     assert not machine["skipped"]
 
 
+def test_a_preset_is_measured_as_it_ships_by_a_camera_that_stands_and_by_one_that_moves():
+    result = run(wanted("presets", techniques=("visibility-buffer",)))
+    still, moving = result.rows
+    assert (still["case"], moving["case"]) == ("meadow, camera still", "meadow, camera moving")
+    assert still["scene_hash"] == moving["scene_hash"]
+    assert min(still["first_frame_s"], moving["first_frame_s"]) > 0.0
+
+
 def test_what_is_not_there_or_takes_long_is_said():
     result = run(wanted("habel2007-half-screen", "tillman2013-limit", scale="quick", techniques=("vertex-buffer",)))
     assert result.rows == []

@@ -14,7 +14,9 @@ from greensward.bench.workloads import (
     toy,
     workloads,
 )
+from greensward.library import load
 from greensward.scene import InputError
+from greensward.scene.load import dump
 from greensward.techniques import SETTINGS
 
 ALL = workloads()
@@ -39,6 +41,12 @@ def test_names_of_cases_tell_them_apart():
         names = [case.name for case in each.cases]
         assert len(set(names)) == len(names)
     assert set(QUICK) <= set(ALL)
+
+
+def test_a_preset_is_not_changed():
+    for case in ALL["presets"].cases:
+        assert dump(drawn_by("visibility-buffer", case.build(), case.settings)) == dump(load("meadow"))
+    assert [case.still for case in ALL["presets"].cases] == [True, False]
 
 
 def test_table_1_has_its_rows():

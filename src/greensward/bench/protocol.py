@@ -114,23 +114,35 @@ def clock(ctx: moderngl.Context, timers: PassTimers) -> str:
 
 
 def measure(
-    subject: Subject, camera: Camera, size: tuple[int, int], at: Pace, path: CameraPath | None = None
+    subject: Subject,
+    camera: Camera,
+    size: tuple[int, int],
+    at: Pace,
+    path: CameraPath | None = None,
+    still: bool = False,
+    began_s: float | None = None,
 ) -> dict[str, Any]:
-    """Everything about a frame of a subject, as the columns of a row. Raises `DeviceLostError`."""
+    """Everything about a frame of a subject, as the columns of a row. Raises `DeviceLostError`.
+
+    With `still` the camera stays where the path begins. `began_s` is the `time.perf_counter()` at which the subject,
+    which has drawn nothing yet, began to be built.
+    """
     ctx = subject.ctx
     target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
     first = camera_on_path(camera, 0, path)
-    started, drawn = time.perf_counter(), 0
+    started, drawn, first_frame_s = time.perf_counter(), 0, None
     while drawn < at.warm_up or time.perf_counter() - started < at.warm_s:
         subject.draw(target, 0.0, camera=first)
         ctx.finish()
         drawn += 1
+        if drawn == 1 and began_s is not None:
+            first_frame_s = round(time.perf_counter() - began_s, 4)
     with counted(ctx) as tally:
         subject.draw(target, 0.0, camera=first)
     counts = subject.counts
     nbytes = gpu_bytes(ctx)
     _refuse_lost(ctx)
-    times = _frames(subject, target, at, lambda step: camera_on_path(camera, step, path))
+    times = _frames(subject, target, at, lambda step: first if still else camera_on_path(camera, step, path))
     _refuse_lost(ctx)
     repeats = min(max(at.frames // 2, 3), 31)
     least_ms = floor_ms(
@@ -157,6 +169,7 @@ def measure(
         "floor_ms": round(least_ms, 4),
         "over_floor": round(times["frame_ms_median"] / max(least_ms, 1e-6), 2),
         "gpu_bytes": nbytes,
+        "first_frame_s": first_frame_s,
     }
 
 

@@ -28,8 +28,9 @@ READING = (
     "Milliseconds. The floor is what the same run needs for as many bare primitives, or as many strips as blades "
     "were drawn, and for filling the picture once; a technique that fills blades by compute shaders may stay below "
     "it. Vertices are those submitted or made by tessellation, primitives those handed to the rasteriser: blades "
-    "that compute shaders fill are neither. Python is the time until the last call of a frame returns. Outliers lie "
-    "more than three interquartile ranges above the third quartile; they are in every figure."
+    "that compute shaders fill are neither. Python is the time until the last call of a frame returns. First is what "
+    "passes, in seconds, from building the renderer to its first finished frame. Outliers lie more than three "
+    "interquartile ranges above the third quartile; they are in every figure."
 )
 _SAME = "Equal blades, light and camera. The reference is drawn in the finest detail with 64 samples for each pixel."
 

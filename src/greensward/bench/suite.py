@@ -3,6 +3,7 @@
 import hashlib
 import platform
 import subprocess
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
@@ -221,8 +222,9 @@ def _row(job: _Job, wanted: Wanted, at: Pace) -> dict[str, Any]:
     scene = drawn_by(job.technique, scene, job.case.settings)
     subject: Subject
     kind = InstancedStrips if job.technique == STRIPS else Renderer
+    began_s = time.perf_counter()
     with kind(scene, size=job.size, device=wanted.device) as subject:
-        measured = measure(subject, scene.camera, job.size, at, wanted.path)
+        measured = measure(subject, scene.camera, job.size, at, wanted.path, job.case.still, began_s)
     return {
         "workload": job.workload.name,
         "technique": job.technique,

@@ -61,8 +61,11 @@ def times(rows: Iterable[dict[str, Any]]) -> Table:
     rows = list(rows)
     compared = any("flip" in row for row in rows)
     published = any(row.get("published") for row in rows)
-    table = Table([*head, "Python", "floor", "× floor", *["FLIP"] * compared, *["published"] * published])
+    first = any(row.get("first_frame_s") is not None for row in rows)
+    more = ["Python", "floor", "× floor", *["first, s"] * first, *["FLIP"] * compared, *["published"] * published]
+    table = Table([*head, *more])
     for row in rows:
+        began = [number(row.get("first_frame_s"))] if first else []
         extra = ["–" if row["flip"] is None else f"{row['flip']:.4f}"] if compared else []
         told = [row.get("published", "")] if published else []
         table.add(
@@ -72,6 +75,7 @@ def times(rows: Iterable[dict[str, Any]]) -> Table:
             *(number(row.get(f"frame_ms_{name}")) for name in ("median", "mean", "p95", "min", "max")),
             f"{row.get('outliers', 0)} of {row['frames']}",
             *(number(row.get(name)) for name in ("wall_ms_median", "cpu_ms_median", "floor_ms", "over_floor")),
+            *began,
             *extra,
             *told,
         )

@@ -38,6 +38,8 @@ class Case:
     """The techniques that tell it from the other cases; empty for all."""
     published: str = ""
     """What the source measured, in its own words."""
+    still: bool = False
+    """Whether the camera stays where its path begins, so that what is culled stays as well."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,11 @@ def square(edge_m: float) -> Scene:
 def _blade_count() -> tuple[Case, ...]:
     counts = {"10k": 10_000, "100k": 100_000, "1M": 1_000_000, "10M": 10_000_000, "30M": 30_000_000}
     return tuple(Case(name, partial(even_field, count), quick=count <= 1_000_000) for name, count in counts.items())
+
+
+def _presets() -> tuple[Case, ...]:
+    meadow = partial(load, "meadow")
+    return Case("meadow, camera still", meadow, still=True), Case("meadow, camera moving", meadow)
 
 
 def _responsive() -> tuple[Case, ...]:
@@ -298,6 +305,12 @@ def workloads() -> dict[str, Workload]:
             ("visibility-buffer",),
         ),
         Workload(
+            "presets",
+            "the meadow as it ships, from a camera that stands and from one that moves",
+            _presets(),
+            ("visibility-buffer", "bezier-blades"),
+        ),
+        Workload(
             "responsive-10m",
             "Yan, Wu & Wang 2024: blades that all remember, in strong wind",
             _responsive(),
@@ -336,7 +349,7 @@ def workloads() -> dict[str, Workload]:
     return {each.name: each for each in listed}
 
 
-QUICK = ("blade-count", "field-scale", "jahrmann2013-table1", "tillman2013-resolution", "ablation")
+QUICK = ("blade-count", "field-scale", "presets", "jahrmann2013-table1", "tillman2013-resolution", "ablation")
 """What is measured unless a user names something."""
 
 
