@@ -65,12 +65,12 @@ def even_field(blades: int, **tables: Any) -> Scene:
     )
 
 
-def square(edge_m: float) -> Scene:
+def square(edge_m: float, **sowing: Any) -> Scene:
     """A thousand blades per square metre on a square, none of them stored; level of detail as by default."""
     return Scene.model_validate(
         {
             "ground": {"kind": "flat", "size_m": [edge_m, edge_m], "beyond": "bare"},
-            "sowing": {"density_per_m2": 1000, "reach_m": 700, "stored_m": 0},
+            "sowing": {"density_per_m2": 1000, "reach_m": 700, "stored_m": 0, **sowing},
             "camera": {"position_m": [0, 1.7, 0], "target_m": [0, 0.9, -55]},
         }
     )
@@ -301,7 +301,11 @@ def workloads() -> dict[str, Workload]:
         Workload(
             "field-scale",
             "a hectare and a square kilometre of a thousand blades on each square metre, none stored",
-            (Case("hectare", partial(square, 100.0)), Case("square-km", partial(square, 1000.0))),
+            (
+                Case("hectare", partial(square, 100.0)),
+                Case("square-km", partial(square, 1000.0)),
+                Case("square-km, traced from 40 m", partial(square, 1000.0, traced_m=40)),
+            ),
             ("visibility-buffer",),
         ),
         Workload(
@@ -390,6 +394,7 @@ def toy(scene: Scene) -> Scene:
             "density_per_m2": min(scene.sowing.density_per_m2, 20.0),
             "full_density_m": min(scene.sowing.full_density_m, 5.0),
             "reach_m": min(scene.sowing.reach_m, 12.0),
+            "traced_m": scene.sowing.traced_m and min(scene.sowing.traced_m, 6.0),
         }
     )
     shadows = scene.shadows.model_copy(update={"size_px": 64, "cascades": 1})
