@@ -117,7 +117,13 @@ def _drawn(ctx, away: np.ndarray, rank: np.ndarray, height_m: float) -> dict[str
         "vec3",
         blocks={
             VIEW_BLOCK: {"camera_ws": (0, height_m, 0, 0.002), "density": 1.0},
-            SWARD_BLOCK: {"full_density_m": _FULL_M, "reach_m": 300.0, "grown": 1.0, "blade_m": (0.4, 0.005)},
+            SWARD_BLOCK: {
+                "full_density_m": _FULL_M,
+                "reach_m": 300.0,
+                "blades_m": 300.0,
+                "grown": 1.0,
+                "blade_m": (0.4, 0.005),
+            },
             LEAF_BLOCK: {"min_width_px": 1.0, "orientation_limit": 2.0},
         },
     )

@@ -380,7 +380,7 @@ def sieve(ctx):
     made = Sieve(ctx, only, "techniques/leaf.glsl", hiding=False)
     blocks = {
         VIEW_BLOCK: {"density": 1.0},
-        SWARD_BLOCK: {"reach_m": 10.0},
+        SWARD_BLOCK: {"reach_m": 10.0, "blades_m": 10.0},
         LEAF_BLOCK: {"orientation_limit": 2.0},
     }
     bound = [BlockBuffer(ctx, block) for block in blocks]

@@ -24,7 +24,10 @@ def _presence(
         body,
         {"rank": rank.astype(np.float32), "d": distance.astype(np.float32)},
         "float",
-        blocks={SWARD_BLOCK: {"full_density_m": _FULL, "reach_m": _REACH}, VIEW_BLOCK: {"density": density}},
+        blocks={
+            SWARD_BLOCK: {"full_density_m": _FULL, "reach_m": _REACH, "blades_m": _REACH},
+            VIEW_BLOCK: {"density": density},
+        },
         source=source,
     )
 
