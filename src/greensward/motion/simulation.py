@@ -187,9 +187,11 @@ class Simulated:
             shapes |= {f"state_{i}": (page.count, 8), f"posture_{i}": (page.count, 6)}
         if any(name not in saved or saved[name].shape != shape for name, shape in shapes.items()):
             raise InputError("the checkpoint was made of another field: use the same scene, seed and camera")
-        self._ctx.memory_barrier()
+        states = [self._state(page) for page in pages]
+        # NVIDIA's driver may write before it has cleared
+        self._ctx.finish()
         for i, page in enumerate(pages):
-            self._state(page).write(np.ascontiguousarray(saved[f"state_{i}"], np.float32))
+            states[i].write(np.ascontiguousarray(saved[f"state_{i}"], np.float32))
             page.postures.write(np.ascontiguousarray(saved[f"posture_{i}"], np.uint32))
         self._steps = int(saved["steps"])
 

@@ -131,7 +131,11 @@ class Pane:
         if self._anew:
             return True
         good = self._good
-        if (good and scene == good.scene and same_folder(scene, good.scene)) or scene == self._refused:
+        if scene == self._refused:
+            return False
+        if good and scene == good.scene and same_folder(scene, good.scene):
+            if self._refused is not None:
+                self._refused, self.problems = None, ()
             return False
         if good and good.renderer:
             try:
