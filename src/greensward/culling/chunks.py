@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from greensward.gpu.buffers import rewrite
 from greensward.gpu.program import build_compute
 
 CHUNK = 32
@@ -75,7 +76,7 @@ class ChunkTable:
             return
         self._runs = at_least(self._ctx, self._runs, runs.nbytes)
         self._table = at_least(self._ctx, self._table, self.count * 8)
-        self._runs.write(runs)
+        rewrite(self._runs, runs)
         self._runs.bind_to_storage_buffer(0)
         self._table.bind_to_storage_buffer(1)
         self._shader["runCount"] = len(runs)

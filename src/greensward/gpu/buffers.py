@@ -1,9 +1,11 @@
-"""Buffers that begin with something known in them."""
+"""Shader-storage buffers that begin with something known in them, or are written while they may be in use."""
 
 import ctypes
+from typing import Any
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 
 from greensward.gpu.context import gl_function
 
@@ -25,3 +27,12 @@ def filled(ctx: moderngl.Context, nbytes: int, value: int | np.float32 = 0) -> m
     word = np.asarray(value, np.float32 if isinstance(value, np.float32) else np.uint32).view(np.uint32)
     clear(_ARRAY_BUFFER, _R32UI, _RED_INTEGER, _UNSIGNED_INT, ctypes.byref(unsigned(int(word))))
     return buffer
+
+
+def rewrite(buffer: moderngl.Buffer, data: npt.NDArray[Any]) -> None:
+    """Write from the buffer's beginning on; what it held is lost.
+
+    It gets new storage, as NVIDIA's driver overwrites the old before compute shaders that were called earlier read it.
+    """
+    buffer.orphan()
+    buffer.write(np.ascontiguousarray(data))

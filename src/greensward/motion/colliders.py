@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.gpu.blocks import BlockBuffer, declare
+from greensward.gpu.buffers import rewrite
 from greensward.gpu.program import build_compute
 from greensward.ground import HeightField
 from greensward.objects import mesh_of, packed
@@ -102,8 +103,8 @@ class Colliders:
             count=self.count,
             instants=len(placed),
         )
-        self._buffer.write(rows)
-        self._reaches.write(np.ascontiguousarray(reaches, np.float32))
+        rewrite(self._buffer, rows)
+        rewrite(self._reaches, reaches.astype(np.float32))
         self._block.bind()
         self._reaches.bind_to_storage_buffer(BALLS)
         self._cells.bind_to_storage_buffer(CELLS)

@@ -8,6 +8,7 @@ from pydantic import BaseModel
 
 from greensward.culling import CHUNK, Sieve, at_least, distance_defines
 from greensward.gpu.blocks import BlockBuffer
+from greensward.gpu.buffers import rewrite
 from greensward.gpu.program import build, build_compute, put
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
@@ -22,7 +23,7 @@ _FOLDER = "techniques/tessellated_quads"
 _LISTED, _DRAWN = 5, 7
 _PICTURES_UNIT = 22
 _DRAWN_PARTS = 1024
-_NONE_DRAWN = bytes(4 * _DRAWN_PARTS)
+_NONE_DRAWN = np.zeros(_DRAWN_PARTS, np.uint32)
 _STILL = tuple(np.eye(4).ravel())
 _STAGES = [f"{_FOLDER}/blade.{stage}" for stage in ("vert", "tesc", "tese", "frag")]
 
@@ -143,7 +144,7 @@ class TessellatedQuads:
         self._pictures.use(_PICTURES_UNIT)
         self._ctx.patch_vertices = 1
         if view.purpose == "picture":
-            self._drawn.write(_NONE_DRAWN)
+            rewrite(self._drawn, _NONE_DRAWN)
             self._drawn.bind_to_storage_buffer(_DRAWN)
         if self._instances:
             self._draw_instances(self._instances, view)

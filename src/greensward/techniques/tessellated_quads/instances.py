@@ -8,6 +8,7 @@ import numpy as np
 
 from greensward.culling import CHUNK, at_least
 from greensward.culling.patches import Grid, patches_in_view
+from greensward.gpu.buffers import rewrite
 from greensward.gpu.view import View
 from greensward.scene import InputError
 from greensward.techniques.tessellated_quads.settings import Settings
@@ -105,7 +106,7 @@ class Instances:
             )
         if places:
             self._places = at_least(self._ctx, self._places, 8 * at)
-            self._places.write(np.concatenate(places).astype(np.int32))
+            rewrite(self._places, np.concatenate(places).astype(np.int32))
 
     def _needed(self, away: np.ndarray, view: View) -> np.ndarray:
         """Part of the patch that a view needs at a distance: the scene's level of detail, then section 6.3's."""
