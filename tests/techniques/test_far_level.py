@@ -1,4 +1,4 @@
-"""Blades near the camera and, beyond `sowing.traced_m`, rays through pictures of them: no seam, same cover and colour."""
+"""Blades near the camera and, beyond `sowing.traced_m`, rays through pictures of them: same cover and colour."""
 
 import numpy as np
 import pytest
@@ -115,4 +115,9 @@ def test_what_cannot_be_traced_is_refused(renderer):
         renderer(_scene(growth={"age": 0.5}))
     with pytest.raises(ValueError, match=r"traced_m must be below reach_m, 60 \(got 60\)"):
         _scene(traced_m=60.0)
-    assert renderer(_scene(grass=[{**GRASS, "share": 1.0}], sowing={"density_per_m2": 0.0})).render().counts.drawn == 0
+
+
+def test_a_bare_field_has_nothing_to_trace(renderer):
+    for bare in ({"sowing": {"density_per_m2": 0.0}}, {"grass": [{**GRASS, "share": 0.0}]}, {"grass": []}):
+        truth = renderer(_scene(**bare)).render(aovs=["class"]).truth
+        assert not (truth["class"] == CLASSES["grass"]).any()

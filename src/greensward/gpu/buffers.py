@@ -32,7 +32,7 @@ def filled(ctx: moderngl.Context, nbytes: int, value: int | np.float32 = 0) -> m
 def rewrite(buffer: moderngl.Buffer, data: npt.NDArray[Any]) -> None:
     """Write from the buffer's beginning on; what it held is lost.
 
-    It gets new storage, as NVIDIA's driver overwrites the old before compute shaders that were called earlier read it.
+    It gets new storage, as NVIDIA's driver may overwrite the old before compute shaders called earlier have read it.
     """
     buffer.orphan()
     buffer.write(np.ascontiguousarray(data))

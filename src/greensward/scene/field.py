@@ -32,8 +32,8 @@ class Sowing(Model):
     reach_m: Number = Field(300.0, gt=0, le=100_000)
     """No grass is drawn beyond this distance from the camera; the ground takes its colour."""
     traced_m: Number | None = Field(None, gt=0, le=100_000)
-    """No blades are drawn beyond this distance from the camera, and as far as `reach_m` rays are followed through pictures
-    of grass instead, as `billboard-grid` does; left out, blades go as far. Not for `billboard-grid` itself, which has none."""
+    """No blades are drawn beyond this distance from the camera; from there to `reach_m` rays are followed through
+    pictures of grass, as `billboard-grid` does. Left out, blades go as far. Not for `billboard-grid` itself."""
     stored_m: Number | None = Field(None, ge=0, le=100_000)
     """Blades of the ground farther away than this take no memory: they grow from the seed in every frame, and have
     neither flowers nor seed heads nor simulation. 0 stores none; left out, all are. For `visibility-buffer` only."""
