@@ -35,7 +35,7 @@ from greensward.io.camera_path import CameraPath
 from greensward.renderer import Renderer
 from greensward.scene import GreenswardError, Scene
 from greensward.scene.load import dump, named_files
-from greensward.techniques import SETTINGS
+from greensward.techniques import FAR, SETTINGS
 
 FORMAT = 1
 """Of the JSON."""
@@ -242,6 +242,10 @@ def _add_quality(
 ) -> None:
     result.machine["incomplete"] = "stopped before all techniques were compared at equal picture"
     techniques = [name for name in wanted.techniques or SETTINGS if name in SETTINGS]
+    if wanted.scale == "quick" and result.machine["software"] and not wanted.techniques:
+        # its shadow maps take a CPU ten seconds a frame
+        techniques.remove(FAR.name)
+        result.skip(QUALITY, FAR.name, "", "takes long: --scale full")
 
     def add(row: dict[str, Any], picture: Picture) -> None:
         if not row:

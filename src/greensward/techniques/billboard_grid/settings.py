@@ -16,8 +16,8 @@ class Settings(Model):
     """How far billboards stand off a regular grid, in spacings; 0 shows its rows."""
     turn_deg: Number = Field(27.0, ge=-90, le=90)
     """How far the grid is turned, so that no path of the camera runs along its rows."""
-    steps: Count = Field(14, ge=1, le=64)
-    """Billboards that a ray meets at most before what is left transparent is filled."""
+    steps: Count = Field(40, ge=1, le=64)
+    """Billboards that a ray meets at most before what is left transparent is filled; a dozen do for short grass."""
     early_exit: Flag = True
     """Whether a ray ends where nothing behind it would show; without it, all take the same steps."""
     fill: Literal["texture", "colour"] = "texture"

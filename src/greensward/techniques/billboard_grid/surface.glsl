@@ -30,20 +30,19 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     }
     vec3 toViewer = normalize(view.eye_ws.xyz - p_ws);
     vec3 back = normalize(toViewer - up * dot(toViewer, up)), wall = normalize(0.8 * back + 0.75 * up);
-#ifdef FAR
-    // as the blades that it goes on from, each of which is a pixel wide there: of the colour of tips, and each turned its way
+    // where a pixel is wider than blades they would be drawn a pixel wide: of the colour of tips, and each turned its way
     vec3 random = unit(hash3(uvec3(t.blade, 5u, sward.seed))) - 0.5;
-    drifted = TIPS * sown.rgb * shadeOf(random.x);
-    sown.rgb *= TIPS;
+    sown.rgb *= mix(1.0, TIPS, t.coarse);
+    drifted = mix(drifted, sown.rgb * shadeOf(random.x), t.coarse);
     float around = 3.14159 * random.y, tilt = TILT * random.z;
-    t.normal_ws = cos(tilt) * (cos(around) * back + sin(around) * cross(up, back)) + sin(tilt) * up;
-#endif
+    vec3 turned = cos(tilt) * (cos(around) * back + sin(around) * cross(up, back)) + sin(tilt) * up;
+    t.normal_ws = mix(normalize(t.normal_ws + 1e-4 * up), turned, t.coarse);
     s.baseColour = mottled * mix(drifted, sown.rgb, 0.7 * far);
     float along = clamp(t.along * all, 0.0, 1.0), high = clamp(t.high * all, 0.0, 1.0);
     s.transmittance = meanLook.w * mix(0.45, 1.0, along);
     s.roughness = mix(meanBlade.y, 0.95, far);
     s.occlusion = mix(mix(0.2, 0.8, far), 1.0, high * (2.0 - high));
-    s.normal_ws = mix(normalize(t.normal_ws + 1e-4 * up), wall, 0.8 * far);
+    s.normal_ws = normalize(mix(t.normal_ws, wall, 0.8 * far));
     s.surfaceClass = CLASS_GRASS;
     s.bladeId = t.blade;
     vec3 moved = q * (a.before1 - a.v1) + r * r * (a.before2 - a.v2);

@@ -57,6 +57,7 @@ struct Traced {
     float depth_m;   // where the threshold was reached, or NOWHERE_M
     uint blade;
     float rest;      // part of its height at which what shows there stands when nothing moves
+    float coarse;    // 0 where a pixel shows one blade there, to 1 where it is wider than several
 };
 
 vec2 toGrid(vec2 xz) { return vec2(turn.x * xz.x + turn.y * xz.y, -turn.y * xz.x + turn.x * xz.y); }
@@ -144,12 +145,13 @@ float lot;  // of this pixel and sample, 0 to 1
 // would never show; and always so in shadow maps, where thin grass must let light through whatever the size of a texel.
 bool reached(inout Traced t, float depth_m, float lod) {
 #ifdef SHADOW
-    float least = mix(0.35, 1.0, lot);
+    float coarse = 0.0, least = mix(0.35, 1.0, lot);
 #else
-    float least = mix(opacity, lot, smoothstep(1.0, 3.5, lod));
+    float coarse = smoothstep(1.0, 3.5, lod), least = mix(opacity, lot, coarse);
 #endif
     if (t.depth_m < NOWHERE_M || t.colour.a <= least) return false;
     t.depth_m = depth_m;
+    t.coarse = coarse;
     return true;
 }
 
@@ -207,12 +209,12 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
     over(t, colour, vec3(xz.x, tilt.y, xz.y), above_m / max(sward.canopy_m, 1e-3), shape.w);
     if (reached(t, depth_m, lod + SHARPER)) {
         t.rest = rest;
-#ifdef FAR
-        // one blade to each pixel across
-        t.blade = nameOf(uint(plane) * 2u + uint(alongX), uint(int(floor(u * size.x * exp2(-max(round(lod + SHARPER), 0.0))))));
-#elif !defined SHADOW
+#ifndef SHADOW
         ivec3 texel = ivec3(ivec2(fract(uv.x) * size.x, min(uv.y * size.y, size.y - 1.0)), layer);
-        t.blade = nameOf(uint(plane) * 2u + uint(alongX), texelFetch(sideBlade, texel, 0).r + 65536u * uint(int(floor(u))));
+        uint here = texelFetch(sideBlade, texel, 0).r + 65536u * uint(int(floor(u)));
+        // one to each pixel across, where there are several; what closes has none of its own
+        if (closing || t.coarse > 0.0) here = uint(int(floor(u * size.x * exp2(-round(max(lod + SHARPER, 1.0))))));
+        t.blade = nameOf(uint(plane) * 2u + uint(alongX), here);
 #endif
     }
 }
@@ -234,13 +236,15 @@ void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, float
     over(t, colour * (shown / colour.a), vec3(xz.x, sqrt(max(1.0 - dot(tilt, tilt), 0.0)), xz.y), at, shape.w);
     if (reached(t, depth_m, lod)) {
         t.rest = at;
-#ifdef FAR
-        uvec2 cell = uvec2(ivec2(floor(uv * size * exp2(-max(round(lod), 0.0)))));
-        t.blade = nameOf(4000000000u + cell.x * 71u, cell.y * 7919u);
-#elif !defined SHADOW
+#ifndef SHADOW
         ivec3 texel = ivec3(ivec2(fract(uv) * size), 0);
         uvec2 copy = uvec2(ivec2(floor(uv)));
-        t.blade = nameOf(4000000000u + copy.x * 71u + copy.y * 7919u, texelFetch(topBlade, texel, 0).r);
+        uint here = texelFetch(topBlade, texel, 0).r;
+        if (t.coarse > 0.0) {
+            copy = uvec2(ivec2(floor(uv * size * exp2(-round(lod)))));
+            here = 0u;
+        }
+        t.blade = nameOf(4000000000u + copy.x * 71u + copy.y * 7919u, here);
 #endif
     }
 }
@@ -305,7 +309,7 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
 // The ray from a point in relative space, to the depth of what is there already
 bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool onGround, out Traced t, out Around a) {
     lot = unit(hash3(uvec3(pixel, floatBitsToUint(view.jitter.x)))).x;
-    t = Traced(vec4(0.0), vec3(0.0), 0.0, 0.0, NOWHERE_M, 0u, 0.0);
+    t = Traced(vec4(0.0), vec3(0.0), 0.0, 0.0, NOWHERE_M, 0u, 0.0, 0.0);
     float nearest_m = range_m.x;
 #ifdef FAR
     nearest_m = max(nearest_m, NEAREST * sward.blades_m / length(ray));
