@@ -57,7 +57,7 @@ def test_a_preset_survives_toml_and_moves(renderer, name, tmp_path):
     assert gs.load(tmp_path / "scene.toml").model_dump() == scene.model_dump()
     drawn = renderer(thin(scene))
     first, second = (drawn.render(time_s, aovs=["class", "motion"]) for time_s in (0.3, 0.6))
-    assert (first.truth["class"] == 2).mean() > 0.05
+    assert (first.truth["class"] == 2).mean() > 0.1
     # the lowest grass moves by less than a pixel
     differs = (np.abs(first.image.astype(int) - second.image).max(-1) > 8).mean()
     assert differs > 0.01 or np.abs(second.truth["motion"]).max() > 0.05
