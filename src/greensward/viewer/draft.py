@@ -12,7 +12,7 @@ _LONGEST_STEP_S = 1.0 / 30.0
 def drafted(scene: Scene, detail: float) -> Scene:
     """The scene with this part of the blades near the camera, wider ones in their stead, and less of what costs.
 
-    Heads become fewer too, though none is larger for it; shadows plainer, steps of simulation longer and all reaches
+    Heads become fewer too, though none is larger for it; shadows plainer, steps of simulation longer and its reach
     shorter.
     """
     if detail == 1.0:
@@ -20,13 +20,7 @@ def drafted(scene: Scene, detail: float) -> Scene:
     halvings = round(-math.log2(detail))
     shadows, nearer = scene.shadows, math.sqrt(detail)
     less: dict[str, Any] = {
-        "sowing": scene.sowing.model_copy(
-            update={
-                name: far_m * nearer
-                for name in ("full_density_m", "traced_m", "reach_m")
-                if (far_m := getattr(scene.sowing, name)) is not None
-            }
-        ),
+        "sowing": scene.sowing.model_copy(update={"full_density_m": scene.sowing.full_density_m * nearer}),
         "grass": tuple(
             grass.model_copy(update={"head_share": grass.head_share * detail ** (1.0 / 3.0)}) for grass in scene.grass
         ),
