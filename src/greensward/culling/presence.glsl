@@ -52,6 +52,10 @@ float shareAtMost(float distance_m, float least_m) {
     return areaThere(distance_m, 1.0) * max(broadest, 1.0);
 }
 
+const float ENDING = 0.82;  // of the distance at which there are no blades any more, where they begin to end
+
+float beyondBlades(float distance_m) { return smoothstep(ENDING, 1.0, distance_m / sward.blades_m); }
+
 // 1 where the blade is fully there, less while it grows in, 0 where it is left out.
 float presence(Blade b, float distance_m) {
     float rank = bladeRank(b);
@@ -61,7 +65,7 @@ float presence(Blade b, float distance_m) {
 #else
     float risen = risenAt(distance_m, view.density);
     if (rank > view.density || risen <= 0.0) return 0.0;
-    float edge = 1.0 - smoothstep(0.82, 1.0, distance_m / sward.blades_m);
+    float edge = 1.0 - beyondBlades(distance_m);
     return edge * clamp((risen - rank) / (GROWING * risen), 0.0, 1.0);
 #endif
 }

@@ -82,7 +82,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     float least = view.camera_ws.w * away;
     float layers = layersOf(crowding, dot(view.camera_ws.xyz - position_ws, normal) / away, least);
     float thinned = 1.0 - exp(-layers * max(shareAsked(layers, away) - shareAtMost(away, least), 0.0));
-    if (sward.blades_m < sward.reach_m) thinned = max(thinned, smoothstep(0.82, 1.0, away / sward.blades_m));
+    if (sward.blades_m < sward.reach_m) thinned = max(thinned, beyondBlades(away));
     float beyond = smoothstep(0.8, 1.0, away / sward.reach_m);
     // from afar turf ends in tufts: between turf and soil there is no half-way to light
     float edge = max(0.22 + 0.16 * simplex(xz * 0.21, 911u) + 0.1 * simplex(xz * 0.9, 913u), 0.07);

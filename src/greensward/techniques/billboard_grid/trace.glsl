@@ -41,7 +41,6 @@ const float LOWEST_PART = 0.5;
 #else
 const float LOWEST_PART = 1.0;
 #endif
-const float NEAREST = 0.82;  // of where there are no blades any more, as presence() has it
 
 // What is the same along a ray, as wind and drifts change over more than it goes through the grass
 struct Around {
@@ -110,7 +109,7 @@ vec2 shareAt(vec3 p_ws, Around a) {
     float away = distance(p_ws, view.camera_ws.xyz);
     float far = 1.0 - smoothstep(0.82, 1.0, away / sward.reach_m);
 #ifdef FAR
-    far *= smoothstep(NEAREST, 1.0, away / sward.blades_m);
+    far *= beyondBlades(away);
 #endif
     bool outside = ground.beyond == 1 && any(greaterThan(abs(p_ws.xz), 0.5 * ground.size_m));
     return vec2(outside ? 0.0 : a.dense * map.r * far, map.b);
@@ -312,7 +311,7 @@ bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool onGround, out T
     t = Traced(vec4(0.0), vec3(0.0), 0.0, 0.0, NOWHERE_M, 0u, 0.0, 0.0);
     float nearest_m = range_m.x;
 #ifdef FAR
-    nearest_m = max(nearest_m, NEAREST * sward.blades_m / length(ray));
+    nearest_m = max(nearest_m, ENDING * sward.blades_m / length(ray));
     if (end_m <= nearest_m) return false;
 #endif
     vec3 eye = view.origin_ws.xyz + eye_rs;
