@@ -94,6 +94,11 @@ class PixelPass:
                 raise ShaderError(locate(str(error), {"fragment_shader": source})) from None
             self._triangle = ctx.vertex_array(self._program, [])
 
+    @property
+    def shader(self) -> moderngl.ComputeShader | moderngl.Program:
+        """What takes its uniforms."""
+        return self._compute if self.shell == "compute" else self._program
+
     def run(self, *targets: moderngl.Texture) -> None:
         """Shade every pixel of the targets, which are of one size."""
         if self.shell == "compute":

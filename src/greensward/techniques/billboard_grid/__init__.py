@@ -7,7 +7,7 @@ import moderngl
 import numpy as np
 from pydantic import BaseModel
 
-from greensward.gpu.pixel_pass import IMAGES_WRITTEN, pixel_groups
+from greensward.gpu.pixel_pass import IMAGES_WRITTEN, PixelPass, pixel_groups
 from greensward.gpu.program import build, build_compute, put
 from greensward.gpu.view import View
 from greensward.ground.rays import GroundRays
@@ -21,6 +21,8 @@ from greensward.world import Instant, World
 _FOLDER = "techniques/billboard_grid"
 _UNIT = 23
 _FARTHEST_M = 1e6
+_COARSER = 2
+"""Texels of a shadow map across that one ray from the sun stands for; the map's filter is as wide."""
 
 
 class BillboardGrid:
@@ -69,9 +71,8 @@ class BillboardGrid:
                 build(ctx, "shaders/screen.vert", f"{_FOLDER}/trace.frag", defines=defines), []
             )
         if not far:
-            shadow = build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines={**defines, "SHADOW": 1})
-            self._shadow = ctx.vertex_array(shadow, [])
-        for shader in (self._shader, self._shadow.program) if self._shadow else (self._shader,):
+            self._shadow = _Shadow(ctx, world, defines)
+        for shader in (self._shader, self._shadow.rays.shader) if self._shadow else (self._shader,):
             self._rays.prepare(shader)
             put(
                 shader,
@@ -112,7 +113,7 @@ class BillboardGrid:
         if view.purpose == "shadow" and (casting is None or view.density == 0.0):
             return
         self._billboards.bind(_UNIT)
-        shader = casting.program if casting else self._shader
+        shader = casting.rays.shader if casting else self._shader
         at = np.array([[self._turn[0], self._turn[1]], [-self._turn[1], self._turn[0]]]) @ view.origin_ws[[0, 2]]
         cell = np.floor(at / self._spacing_m)
         put(
@@ -127,8 +128,7 @@ class BillboardGrid:
             self._rays.bind(shader, (0.0, _FARTHEST_M))
             relative_from_clip = np.linalg.inv(view.clip_from_world @ view.world_from_relative)
             put(shader, relative_from_clip=tuple(relative_from_clip.T.ravel()))
-            self._ctx.enable_only(moderngl.DEPTH_TEST)
-            casting.render(moderngl.TRIANGLES, vertices=3)
+            casting.draw()
             return
         self._rays.bind(shader, view.near_and_far_m)
         if self._trace:
@@ -149,13 +149,46 @@ class BillboardGrid:
 
     def release(self) -> None:
         """Free textures and programs."""
-        for part in (self._billboards, self._rays, self._trace):
+        for part in (self._billboards, self._rays, self._trace, self._shadow):
             if part:
                 part.release()
-        for array in (self._screen, self._shadow):
-            if array:
-                array.program.release()
-                array.release()
+        if self._screen:
+            self._screen.program.release()
+            self._screen.release()
+
+
+class _Shadow:
+    """Follows the sun's rays, and leaves their depth in a shadow map.
+
+    Shaders cannot write to depth textures but as fragments, in which rays are slow on GPUs.
+    """
+
+    def __init__(self, ctx: moderngl.Context, world: World, defines: dict[str, object]) -> None:
+        self._ctx = ctx
+        coarser = {"COARSER": _COARSER}
+        shell, texels = world.shell, -(-world.scene.shadows.size_px // _COARSER)
+        self.rays = PixelPass(
+            ctx, f"{_FOLDER}/shadow.glsl", ["f4"], shell=shell, defines={**defines, **coarser, "SHADOW": 1}
+        )
+        self._traced = ctx.texture((texels, texels), 4, dtype="f4")
+        self._copy = ctx.vertex_array(
+            build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines=coarser), []
+        )
+
+    def draw(self) -> None:
+        """Into the current framebuffer, behind what it holds."""
+        target = self._ctx.fbo
+        self.rays.run(self._traced)
+        target.use()
+        self._traced.use(_UNIT)
+        self._ctx.enable_only(moderngl.DEPTH_TEST)
+        self._copy.render(moderngl.TRIANGLES, vertices=3)
+
+    def release(self) -> None:
+        self.rays.release()
+        self._traced.release()
+        self._copy.program.release()
+        self._copy.release()
 
 
 def _refuse(scene: Scene, settings: Settings, spacing_m: float) -> None:

@@ -1,14 +1,7 @@
-// Depth of the grid in a shadow map: parallel rays from the sun.
-#include "techniques/billboard_grid/trace.glsl"
-
-uniform mat4 relative_from_clip;
+// The depth that was traced, into a shadow map.
+layout(binding = 23) uniform sampler2D traced;
 
 void main() {
-    vec2 at = gl_FragCoord.xy * view.size_px.zw * 2.0 - 1.0;
-    vec4 near = relative_from_clip * vec4(at, -1.0, 1.0), far = relative_from_clip * vec4(at, 1.0, 1.0);
-    vec3 way = far.xyz - near.xyz;
-    Traced t;
-    Around a;
-    if (!trace(uvec2(gl_FragCoord.xy), near.xyz, normalize(way), NOWHERE_M, false, t, a)) discard;
-    gl_FragDepth = t.depth_m / length(way);
+    gl_FragDepth = texelFetch(traced, ivec2(gl_FragCoord.xy) / COARSER, 0).r;
+    if (gl_FragDepth >= 1.0) discard;
 }

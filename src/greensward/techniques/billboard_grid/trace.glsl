@@ -123,7 +123,11 @@ float groundUnderneath(vec2 xz) {
 #endif
 }
 
-float pixelAt(float depth_m) { return view.pixel_m.x * depth_m + view.pixel_m.y; }
+#ifndef COARSER
+#define COARSER 1  // pixels across that a ray stands for
+#endif
+
+float pixelAt(float depth_m) { return float(COARSER) * (view.pixel_m.x * depth_m + view.pixel_m.y); }
 
 // How much of a texel stays where only some blades grow: near, whole blades; far, where a texel holds many, their share
 float keptOf(float rank, float share, float lod) {
@@ -294,7 +298,9 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
         if (high > layer_m && high > above) return depth_m;
         meetSide(t, a, !acrossX, acrossX ? firstCell.x + plane.x : firstCell.y + plane.y, toGrid(eye_rs.xz) + depth_m * way, high, way,
                  depth_m, share, filled && k == most - 1 && share.x > 0.3);
-#ifdef EARLY_EXIT
+#ifdef SHADOW
+        if (t.depth_m < NOWHERE_M) return NOWHERE_M;
+#elif defined EARLY_EXIT
         if (t.colour.a > 0.99) return NOWHERE_M;
 #endif
         if (acrossX) { plane.x += turnedTo.x; next.x = (standsAt(plane.x, 1u) - start.x) / way.x; }
