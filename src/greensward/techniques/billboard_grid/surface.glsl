@@ -6,8 +6,7 @@
 layout(binding = 13) uniform usampler2D seenId;
 layout(binding = 14) uniform sampler2D seenDepth_m;
 
-const float TIPS = 1.05;  // what shows over the mean of the upper blades
-const float TILT = 2.1;   // in radians, from those that lean to the viewer to those that lean away
+const float TILT = 2.1;  // in radians, from those that lean to the viewer to those that lean away
 
 bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     float end_m = texelFetch(seenDepth_m, pixel, 0).r;
@@ -30,10 +29,9 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     }
     vec3 toViewer = normalize(view.eye_ws.xyz - p_ws);
     vec3 back = normalize(toViewer - up * dot(toViewer, up)), wall = normalize(0.8 * back + 0.75 * up);
-    // where a pixel is wider than blades they would be drawn a pixel wide: of the colour of tips, and each turned its way
+    // where a pixel is wider than blades they would be drawn a pixel wide, and each turned its way
     vec3 random = unit(hash3(uvec3(t.blade, 5u, sward.seed))) - 0.5;
-    sown.rgb *= mix(1.0, TIPS, t.coarse);
-    drifted = mix(drifted, sown.rgb * shadeOf(random.x), t.coarse);
+    drifted *= mix(vec3(1.0), shadeOf(random.x), t.coarse);
     float around = 3.14159 * random.y, tilt = TILT * random.z;
     vec3 turned = cos(tilt) * (cos(around) * back + sin(around) * cross(up, back)) + sin(tilt) * up;
     t.normal_ws = mix(normalize(t.normal_ws + 1e-4 * up), turned, t.coarse);

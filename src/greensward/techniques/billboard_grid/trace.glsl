@@ -34,9 +34,7 @@ const float SHARPER = 1.5;  // levels of detail, as jittered samples average wha
 const int FARTHER = 6;       // times as many steps for rays that need not end in the grass
 const float NOWHERE_M = 1e9;
 // Of what grass hides from above, how much the lowest plane does
-#ifdef FAR
-const float LOWEST_PART = 8.0;  // fewer billboards are met by those who look down than close what blades do
-#elif defined MIDDLE_PLANE
+#ifdef MIDDLE_PLANE
 const float LOWEST_PART = 0.5;
 #else
 const float LOWEST_PART = 1.0;
@@ -134,6 +132,18 @@ float keptOf(float rank, float share, float lod) {
     return mix(step(rank, share), share, smoothstep(0.5, 3.0, lod));
 }
 
+// Blades narrower than a pixel would be drawn a pixel wide, and hide as much more
+float widened(float depth_m) {
+#ifdef SHADOW
+    return 1.0;
+#else
+    return max(pixelAt(depth_m) / sward.blade_m.y, 1.0);
+#endif
+}
+
+// What is hidden by so many times as many blades
+float hiddenBy(float opacity, float times) { return 1.0 - pow(1.0 - min(opacity, 1.0), times); }
+
 void over(inout Traced t, vec4 colour, vec3 normal_ws, float high, float along) {
     float through = 1.0 - t.colour.a;
     t.colour += through * colour;
@@ -196,7 +206,8 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
         return;
     } else {
         shape /= max(colour.a, 1e-3);
-        colour *= keptOf(shape.z, share.x, lod);
+        float kept = colour.a * keptOf(shape.z, share.x, lod);
+        colour *= hiddenBy(kept, widened(depth_m)) / colour.a;
     }
     vec2 tilt = clamp(2.0 * shape.xy - 1.0, -1.0, 1.0);
     float outwards = sqrt(max(1.0 - dot(tilt, tilt), 0.0)), flipped = mirror ? -1.0 : 1.0;
@@ -223,8 +234,10 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
 }
 
 // A level plane, which shows grass from above; two of them share what there is of it
-void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, float depth_m, vec2 share) {
+// What a blade hides from aslant is less than what its two pictures hide in turn, but the root of the sum of squares
+void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, vec3 ray, float depth_m, vec2 share) {
     if (share.x <= 0.0) return;
+    part *= abs(ray.y) / (length(ray) + length(ray.xz));
     vec3 v1 = a.v1, v2 = a.v2;
     vec2 lean = toGrid(2.0 * at * (1.0 - at) * v1.xz + at * at * v2.xz) * share.y;
     vec2 uv = inBillboard + (place_m - lean) / billboard_m, size = vec2(textureSize(topColour, 0).xy);
@@ -234,7 +247,7 @@ void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, float
     shape /= max(colour.a, 1e-3);
     // what leans hides more of the ground: blades of the picture lean by about a third of their length themselves
     part *= 1.0 + 2.0 * min(length(v2.xz) / tall_m, 1.0);
-    float shown = 1.0 - pow(1.0 - min(colour.a, 1.0) * keptOf(shape.z, share.x, lod), part);
+    float shown = hiddenBy(colour.a * keptOf(shape.z, share.x, lod), part * widened(depth_m));
     vec2 tilt = clamp(2.0 * shape.xy - 1.0, -1.0, 1.0), xz = fromGrid(tilt);
     over(t, colour * (shown / colour.a), vec3(xz.x, sqrt(max(1.0 - dot(tilt, tilt), 0.0)), xz.y), at, shape.w);
     if (reached(t, depth_m, lod)) {
@@ -286,12 +299,12 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
         float middle = 0.5 * a.v2.y * share.y;
         if ((above - middle) * (high - middle) < 0.0) {
             float there = mix(before, depth_m, (above - middle) / (above - high));
-            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.5, 0.5, there, share);
+            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.5, 0.5, ray, there, share);
         }
 #endif
         if (high <= 0.0) {
             float there = mix(before, depth_m, above / max(above - high, 1e-6));
-            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.0, LOWEST_PART, there, share);
+            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.0, LOWEST_PART, ray, there, share);
             return NOWHERE_M;
         }
         if (last) return NOWHERE_M;
