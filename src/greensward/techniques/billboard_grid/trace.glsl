@@ -348,13 +348,21 @@ bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool onGround, out T
     follow(t, a, eye_rs, ray, from, NOWHERE_M, false, false, steps);
     return t.depth_m < NOWHERE_M;
 #endif
-    // where the ray that ends on the ground came down through the tips for the last time
-    vec3 under = onGround ? groundNormal((eye + ray * end_m).xz) : vec3(0.0, 1.0, 0.0);
-    float down = onGround ? end_m - layer_m / max(-(ray.y + dot(under.xz, ray.xz) / under.y), 1e-4) : NOWHERE_M;
-    bool through = !onGround || (inside || down - from > 0.5 * (end_m - down) + 4.0 * spacing_m);
-    float left = follow(t, a, eye_rs, ray, from, end_m, onGround, !through || inside, through ? FARTHER * steps : steps);
-    if (left < NOWHERE_M && onGround) {
-        down = max(down, left);
+    if (!onGround) {
+        follow(t, a, eye_rs, ray, from, end_m, false, inside, FARTHER * steps);
+        return t.depth_m < NOWHERE_M;
+    }
+    // where it came down through the tips for the last time
+    vec3 under = groundNormal((eye + ray * end_m).xz);
+    float down = end_m - layer_m / max(-(ray.y + dot(under.xz, ray.xz) / under.y), 1e-4);
+    // twice the steps: the first billboards, and the last above the ground, where the rest is filled. Rays that would leave out
+    // some between, and those that go far among tips before they come down, are followed farther.
+    vec2 way = abs(toGrid(ray.xz));
+    float stride = float(steps - 1) * spacing_m / max(way.x + way.y, 1e-6);
+    bool farther = inside || from < end_m - 2.0 * stride || down - from > 0.5 * (end_m - down) + 4.0 * spacing_m;
+    float left = follow(t, a, eye_rs, ray, from, end_m, true, from >= end_m - stride, farther ? FARTHER * steps : steps);
+    if (left < NOWHERE_M) {
+        down = max(max(down, end_m - stride), left);
         vec3 again = eye + ray * down;
         if (distance(again, view.camera_ws.xyz) < sward.reach_m) {
             Around other = around(again);
