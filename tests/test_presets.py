@@ -28,8 +28,9 @@ _WINDS = [{"kind": kind} for kind in _KINDS]
 
 
 def thin(scene: gs.Scene) -> gs.Scene:
-    """The same scene with few blades."""
-    sowing = scene.sowing.model_copy(update={"density_per_m2": 30.0, "reach_m": 40.0})
+    """The same scene with few blades, where what they cost is by the blade."""
+    few = {"reach_m": 40.0} if scene.technique.name == "billboard-grid" else {"reach_m": 40.0, "density_per_m2": 30.0}
+    sowing = scene.sowing.model_copy(update=few)
     things = tuple(
         thing.model_copy(update={"grass": thing.grass.model_copy(update={"density_per_m2": 60.0})})
         if thing.grass

@@ -418,13 +418,16 @@ def _another(field) -> object:
 
 
 def test_every_setting_changes_the_picture(renderer, technique):
-    """By itself, or with one of the choices that another setting has."""
+    """By itself, with one of the choices that another setting has, or with few steps."""
     eye_m = 0.4 if technique in STORED else 0.9
     near = {"position_m": [0.0, eye_m, 2.0], "target_m": [0.0, 0.2, -3.0]}
     fields = SETTINGS[technique].model_fields
     choices = [
         {name: choice} for name, field in fields.items() if get_args(field.annotation) for choice in _values(field)
     ]
+
+    if "steps" in fields:
+        choices.append({"steps": 3})
 
     def picture(settings) -> bytes:
         return renderer(_scene(technique, settings, camera=near)).render().image.tobytes()

@@ -121,11 +121,7 @@ float groundUnderneath(vec2 xz) {
 #endif
 }
 
-#ifndef COARSER
-#define COARSER 1  // pixels across that a ray stands for
-#endif
-
-float pixelAt(float depth_m) { return float(COARSER) * (view.pixel_m.x * depth_m + view.pixel_m.y); }
+float pixelAt(float depth_m) { return view.pixel_m.x * depth_m + view.pixel_m.y; }
 
 // How much of a texel stays where only some blades grow: near, whole blades; far, where a texel holds many, their share
 float keptOf(float rank, float share, float lod) {
@@ -170,9 +166,9 @@ bool reached(inout Traced t, float depth_m, float lod) {
 
 uint nameOf(uint plane, uint number) { return hash3(uvec3(plane, number, sward.seed)).x % 0x7fffffeu + 1u; }
 
-// `closing` is for the last that a ray meets: an opaque picture of the grass behind it all
+// It stands for some `billboards`. `closing` is for the last that a ray meets: an opaque picture of the grass behind it all
 void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, float above_m, vec2 way, float depth_m, vec2 share,
-              bool closing) {
+              int billboards, bool closing) {
     if (share.x <= 0.0) return;
     // up the leaning blade to this height
     vec3 v1 = a.v1 * share.y, v2 = a.v2 * share.y;
@@ -207,7 +203,7 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
     } else {
         shape /= max(colour.a, 1e-3);
         float kept = colour.a * keptOf(shape.z, share.x, lod);
-        colour *= hiddenBy(kept, widened(depth_m)) / colour.a;
+        colour *= hiddenBy(kept, float(billboards) * widened(depth_m)) / colour.a;
     }
     vec2 tilt = clamp(2.0 * shape.xy - 1.0, -1.0, 1.0);
     float outwards = sqrt(max(1.0 - dot(tilt, tilt), 0.0)), flipped = mirror ? -1.0 : 1.0;
@@ -287,7 +283,11 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
     vec3 p_ws = view.origin_ws.xyz + eye_rs + ray * from;
     float before = from, above = p_ws.y - groundUnderneath(p_ws.xz);
     vec2 share = shareAt(p_ws, a);
+    // where there are more billboards on the way than steps, each of the second half of the steps leaps over some
+    float planes = onGround ? (to - from) * (abs(way.x) + abs(way.y)) / spacing_m : 0.0;
+    int second = max(most / 2, 1), leap = max(int(ceil((planes - float(most - second)) / float(second))), 1);
     for (int k = 0; k < most; k++) {
+        int billboards = k < most - second ? 1 : leap;
         bool acrossX = next.x < next.y;  // a plane of one x, on which z runs
         float depth_m = min(min(next.x, next.y), to);
         bool last = depth_m >= to;
@@ -310,14 +310,14 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
         if (last) return NOWHERE_M;
         if (high > layer_m && high > above) return depth_m;
         meetSide(t, a, !acrossX, acrossX ? firstCell.x + plane.x : firstCell.y + plane.y, toGrid(eye_rs.xz) + depth_m * way, high, way,
-                 depth_m, share, filled && k == most - 1 && share.x > 0.3);
+                 depth_m, share, billboards, filled && k == most - 1 && share.x > 0.3);
 #ifdef SHADOW
         if (t.depth_m < NOWHERE_M) return NOWHERE_M;
 #elif defined EARLY_EXIT
         if (t.colour.a > 0.99) return NOWHERE_M;
 #endif
-        if (acrossX) { plane.x += turnedTo.x; next.x = (standsAt(plane.x, 1u) - start.x) / way.x; }
-        else { plane.y += turnedTo.y; next.y = (standsAt(plane.y, 2u) - start.y) / way.y; }
+        if (acrossX) { plane.x += turnedTo.x * billboards; next.x = (standsAt(plane.x, 1u) - start.x) / way.x; }
+        else { plane.y += turnedTo.y * billboards; next.y = (standsAt(plane.y, 2u) - start.y) / way.y; }
         before = depth_m;
         above = high;
     }
@@ -352,17 +352,13 @@ bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool onGround, out T
         follow(t, a, eye_rs, ray, from, end_m, false, inside, FARTHER * steps);
         return t.depth_m < NOWHERE_M;
     }
-    // where it came down through the tips for the last time
+    // where it came down through the tips for the last time; between tips it may go far before that
     vec3 under = groundNormal((eye + ray * end_m).xz);
     float down = end_m - layer_m / max(-(ray.y + dot(under.xz, ray.xz) / under.y), 1e-4);
-    // twice the steps: the first billboards, and the last above the ground, where the rest is filled. Rays that would leave out
-    // some between, and those that go far among tips before they come down, are followed farther.
-    vec2 way = abs(toGrid(ray.xz));
-    float stride = float(steps - 1) * spacing_m / max(way.x + way.y, 1e-6);
-    bool farther = inside || from < end_m - 2.0 * stride || down - from > 0.5 * (end_m - down) + 4.0 * spacing_m;
-    float left = follow(t, a, eye_rs, ray, from, end_m, true, from >= end_m - stride, farther ? FARTHER * steps : steps);
+    bool through = inside || down - from > 0.5 * (end_m - down) + 4.0 * spacing_m;
+    float left = follow(t, a, eye_rs, ray, from, end_m, true, true, through ? FARTHER * steps : steps);
     if (left < NOWHERE_M) {
-        down = max(max(down, end_m - stride), left);
+        down = max(down, left);
         vec3 again = eye + ray * down;
         if (distance(again, view.camera_ws.xyz) < sward.reach_m) {
             Around other = around(again);
