@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from greensward.ground import HeightField
-from greensward.scene import Camera, InputError
+from greensward.scene import Camera, InputError, Scene
 from greensward.techniques.billboard_grid.pictures import Billboards, mean_length_m
 from greensward.techniques.billboard_grid.settings import Settings
 from greensward.truth import CLASSES
@@ -80,6 +80,28 @@ def test_billboards_show_the_blades_that_a_slab_holds(ctx):
     leaning = Billboards(ctx, _scene(), settings)
     assert 0.05 < leaning.opacity_from_above < 0.9
     leaning.release()
+
+
+@pytest.mark.parametrize(("height_m", "down_deg"), [(0.5, 10.0), (1.7, 15.0), (1.7, 35.0), (8.0, 45.0), (8.0, 85.0)])
+def test_it_shows_as_much_grass_as_blades_and_in_their_colours(renderer, height_m, down_deg):
+    """From eye level and from above; where a pixel is wider than blades, too, which are drawn a pixel wide."""
+    down = np.radians(down_deg)
+    camera = Camera(
+        position_m=(0.0, height_m, 0.0),
+        target_m=(0.0, height_m - 5.0 * np.sin(down), -5.0 * np.cos(down)),
+        fov_y_deg=20.0,
+    )
+    cover, colour = [], []
+    for technique in ("visibility-buffer", "billboard-grid"):
+        field = {"drift": 0.0, "density_per_m2": 600.0, "reach_m": 60.0, "full_density_m": 60.0}
+        scene = Scene.model_validate({"technique": {"name": technique}, "sowing": field, "wind": []})
+        drawn = renderer(scene, size=(240, 135))
+        grass = drawn.render(camera=camera, aovs=["class"]).truth["class"] == GRASS_CLASS
+        packed = np.frombuffer(drawn._gbuffer.colour.read(), np.uint8).reshape(135, 240, 4)[::-1] / 255.0
+        cover.append(grass.mean())
+        colour.append((packed[grass, :3] ** 2).mean(axis=0))
+    assert cover[1] == pytest.approx(cover[0], abs=0.06)
+    assert colour[1] == pytest.approx(colour[0], rel=0.08)
 
 
 def test_grass_stands_out_against_the_sky(renderer):

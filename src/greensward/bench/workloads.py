@@ -235,7 +235,13 @@ def _half_screen() -> Scene:
 def _half_screens() -> tuple[Case, ...]:
     """Five steps, as published, through ever closer billboards."""
     size = 1024, 768
-    grid = Case("half the screen", _half_screen, size, settings={"steps": 5}, published="90 to 300 frames per second")
+    grid = Case(
+        "half the screen",
+        _half_screen,
+        size,
+        settings={"steps": 5, "spacing": 0.5},
+        published="90 to 300 frames per second",
+    )
     closer = [
         Case(
             f"{times} times the billboards",

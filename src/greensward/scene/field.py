@@ -22,7 +22,7 @@ class Sowing(Model):
     clump_m: Number = Field(0.35, gt=0, le=100)
     """Size of clumps, in which blades lean and colour alike."""
     clumping: Number = Field(0.5, ge=0, le=1)
-    """0 has no clumps; 1 pulls every blade into one."""
+    """0 has no clumps; 1 pulls every blade into one, the less the shorter it is for the size of a clump."""
     drift_m: Number = Field(12.0, gt=0, le=10_000)
     """Distance over which height, density, dryness and species drift."""
     drift: Number = Field(0.6, ge=0, le=1)

@@ -51,7 +51,9 @@ Seed seedOf(Tile tile, uint j) {
     s.random = hash3(uvec3(uvec2(leaf), index + sward.seed * 0x9e3779b9u));
     vec2 xz = placeIn(leaf, index, s.random);
     Clump clump = clumpAt(xz);
-    xz = mix(xz, clump.centre, 0.35 * sward.clumping * unit(s.random.z));
+    // no farther than blades reach over the gaps that this opens, or a lawn would look like mud that has dried
+    float pull = 0.35 * sward.clumping * min(sward.blade_m.x / sward.clump_m, 1.0);
+    xz = mix(xz, clump.centre, pull * unit(s.random.z));
     s.clump = clump.random;
     s.rank = (float(j) + 0.5) / (sward.density_per_m2 * sward.leaf_m * sward.leaf_m * exp2(2.0 * float(tile.level)));
     s.root = vec3(xz.x, groundHeight(xz), xz.y);

@@ -15,7 +15,7 @@ from greensward.world import World
 TECHNIQUES: tuple[type[Technique], ...] = (BezierBlades, BillboardGrid, TessellatedQuads, VisibilityBuffer)
 FAR = BillboardGrid
 """What stands for blades beyond `sowing.traced_m`."""
-_FAR_STEPS = 14  # there a texel holds several blades, and few are met before they close
+_FAR = {"spacing": 0.5, "steps": 14}  # there a texel holds several blades, and few are met before they close
 
 SETTINGS: dict[str, type[BaseModel]] = {technique.name: technique.Settings for technique in TECHNIQUES}
 
@@ -52,9 +52,7 @@ def _must_be_blades(scene: Scene, technique: type[Technique]) -> str:
 def far_level(ctx: moderngl.Context, world: World) -> Technique | None:
     """What draws the grass beyond `sowing.traced_m`; None where the scene has blades everywhere."""
     return (
-        None
-        if world.scene.sowing.traced_m is None
-        else FAR(ctx, world, FAR.Settings.model_validate({"steps": _FAR_STEPS}), far=True)
+        None if world.scene.sowing.traced_m is None else FAR(ctx, world, FAR.Settings.model_validate(_FAR), far=True)
     )
 
 

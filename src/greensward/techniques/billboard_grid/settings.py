@@ -10,14 +10,15 @@ from greensward.scene.base import Count, FileName, Flag, Model, Number
 class Settings(Model):
     """How close billboards stand, how they are painted, and how rays are followed through them."""
 
-    spacing: Number = Field(0.5, ge=0.005, le=20)
+    spacing: Number = Field(0.35, ge=0.005, le=20)
     """Distance from one billboard to the next, in mean lengths of a blade."""
     irregularity: Number = Field(0.7, ge=0, le=0.9)
     """How far billboards stand off a regular grid, in spacings; 0 shows its rows."""
     turn_deg: Number = Field(27.0, ge=-90, le=90)
     """How far the grid is turned, so that no path of the camera runs along its rows."""
     steps: Count = Field(40, ge=1, le=64)
-    """Billboards that a ray meets at most before what is left transparent is filled; a dozen do for short grass."""
+    """Billboards that a ray meets at most. Where more stand before the ground, each of the second half of them stands
+    for some, and what is left transparent at the last is filled."""
     early_exit: Flag = True
     """Whether a ray ends where nothing behind it would show; without it, all take the same steps."""
     fill: Literal["texture", "colour"] = "texture"
