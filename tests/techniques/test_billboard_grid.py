@@ -32,7 +32,8 @@ def test_a_ray_ends_at_the_first_billboard_that_it_meets(renderer, tmp_path, tur
     """Billboards opaque but for their upper edge: the depth of every pixel is that of the twin."""
     wall = np.full((64, 64, 4), 255, np.uint8)
     wall[:2, :, 3] = 0
-    settings = {"turn_deg": turn_deg, "irregularity": irregularity, "side_texture": "wall.png", "middle_plane": False}
+    settings = {"turn_deg": turn_deg, "irregularity": irregularity, "spacing": 0.5}
+    settings |= {"side_texture": "wall.png", "middle_plane": False}
     scene = with_pictures(
         tmp_path,
         {"wall.png": wall},
