@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 import greensward as gs
+from greensward.scene.load import preset_file
 from greensward.techniques import TECHNIQUES
 from greensward.viewer.brushes import MOWN, Brush, canvas_of, paint, thinned, track
 from greensward.viewer.saving import free_name
@@ -257,9 +258,24 @@ def test_files_of_a_preset_come_along_when_it_is_saved(tmp_path):
     session = Session("jahrmann2013-oasis")
     assert not session.save()
     assert "preset" in session.notices.pop().text
+    session.change(("seed",), 5)
     assert session.save(tmp_path / "mine.toml")
-    assert gs.load(tmp_path / "mine.toml").resolve(session.scene.sowing.density_map).exists()
+    assert gs.load(tmp_path / "mine.toml") == session.scene
+    assert session.scene.resolve(session.scene.sowing.density_map).exists()
     assert (tmp_path / "mine-files").is_dir()
+    session.close()
+
+
+@pytest.mark.parametrize("name", gs.presets())
+def test_a_preset_that_is_saved_keeps_its_comments(tmp_path, name):
+    session = Session(name)
+    written = preset_file(name).read_text(encoding="utf-8").splitlines()
+    comments = [line for line in written if line.startswith("#")]
+    session.change(("seed",), session.scene.seed + 1)
+    assert session.save(tmp_path / "mine.toml")
+    saved = (tmp_path / "mine.toml").read_text(encoding="utf-8").splitlines()
+    assert comments
+    assert [line for line in saved if line.startswith("#")] == comments
     session.close()
 
 

@@ -87,6 +87,11 @@ def presets() -> dict[str, tuple[str, str]]:
     return found
 
 
+def preset_file(name: str) -> Path:
+    """The file of a preset."""
+    return _PRESETS / f"{name}.toml"
+
+
 def named_files(scene: Scene) -> list[tuple[str, Path]]:
     """The key, such as `sowing.density_map`, and the path of every file that the scene names."""
     found = _files(scene.model_dump(), (Scene,), ())
@@ -105,7 +110,7 @@ def _read(source: str | Path) -> tuple[dict[str, Any], Path, str]:
     """The table of a scene, the folder that its files are relative to, and what to call it."""
     path = Path(source)
     if source in presets():
-        path, label = _PRESETS / f"{source}.toml", str(source)
+        path, label = preset_file(str(source)), str(source)
     else:
         try:
             path = path / "scene.toml" if path.is_dir() else path

@@ -16,6 +16,7 @@ from PIL import Image
 from greensward.io.rasters import read_rgba, written_aside
 from greensward.library import load, presets
 from greensward.scene import InputError, Scene
+from greensward.scene.load import preset_file
 from greensward.scene.save import saved_text
 from greensward.viewer.fields import value_at, walk, with_value
 
@@ -27,14 +28,14 @@ class Origin:
     name: str
     file: Path | None
     text: str | None
-    """The file as it was read; a scene that is saved to it keeps its comments."""
+    """The file, or the preset's, as it was read; a scene that is saved keeps its comments."""
 
 
 def opened(source: str) -> tuple[Scene, Origin]:
     """The scene of a preset's name, a file or a folder. Raises `SceneError`."""
     scene = load(source)
     if source in presets():
-        return scene, Origin(source, None, None)
+        return scene, Origin(source, None, _text(preset_file(source)))
     path = Path(source)
     path = path / "scene.toml" if path.is_dir() else path
     return scene, Origin(path.stem if path.stem != "scene" else path.resolve().parent.name, path, _text(path))

@@ -229,8 +229,9 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
     }
 }
 
-// A level plane, which shows grass from above; two of them share what there is of it
-// What a blade hides from aslant is less than what its two pictures hide in turn, but the root of the sum of squares
+// A level plane, which shows grass from above; two of them share what there is of it. The upright ones show the same blades,
+// and seen aslant a blade hides about the root of the sum of the squares of what it hides from the side and from above: where
+// these are alike, the planes are left with the tangent of half the angle.
 void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, vec3 ray, float depth_m, vec2 share) {
     if (share.x <= 0.0) return;
     part *= abs(ray.y) / (length(ray) + length(ray.xz));
