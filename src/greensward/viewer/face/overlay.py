@@ -55,7 +55,7 @@ def pictures(viewer: "Viewer", size: tuple[int, int]) -> None:
         for word, (left, _, width, _), pane in zip(("before", "now"), areas, viewer.panes, strict=True):
             text = f"{word}   {pane.scene.technique.name if pane.scene else ''}"
             wide = imgui.calc_text_size(text).x
-            at, top = left + 0.5 * (width - wide), height - 92.0
+            at, top = left + 0.5 * (width - wide), 92.0  # below the tools; messages come at the foot
             box = (at - 9.0, top - 3.0), (at + wide + 9.0, top + 22.0)
             draw.add_rect_filled(*box, packed((0.05, 0.08, 0.05, 0.75)), 5.0)
             draw.add_text((at, top), packed(INK), text)
