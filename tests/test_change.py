@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import greensward as gs
+from greensward.techniques import TECHNIQUES
 
 TRACK = gs.Tracks(kind="tracks", path=((-2, 2), (2, 0)), gauge_m=0.0, tyre_m=0.8)
 SCENE = gs.Scene(
@@ -48,6 +49,19 @@ def test_a_change_is_drawn_as_by_a_new_renderer(renderer, name, water):
     # the renderer that goes on has moved from its own frame before, the new one from a thirtieth of a second
     assert np.array_equal(after.image, expected.image)
     assert name == "title" or not np.array_equal(after.image, before)
+
+
+@pytest.mark.parametrize("size_px", [64, 512])
+@pytest.mark.parametrize("technique", TECHNIQUES, ids=lambda technique: technique.name)
+def test_shadow_maps_may_change_their_size(renderer, technique, size_px):
+    base = SCENE.model_copy(
+        update={"technique": gs.TechniqueChoice(name=technique.name), "shadows": gs.Shadows(size_px=256)}
+    )
+    changed = base.model_copy(update={"shadows": gs.Shadows(size_px=size_px)})
+    kept, anew = renderer(base), renderer(changed)
+    kept.render(1.0)
+    assert kept.change(changed)
+    assert np.array_equal(kept.render(1.0).image, anew.render(1.0).image)
 
 
 @pytest.mark.parametrize("name", REFUSED)

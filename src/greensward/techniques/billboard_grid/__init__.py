@@ -128,7 +128,7 @@ class BillboardGrid:
             self._rays.bind(shader, (0.0, _FARTHEST_M))
             relative_from_clip = np.linalg.inv(view.clip_from_world @ view.world_from_relative)
             put(shader, relative_from_clip=tuple(relative_from_clip.T.ravel()))
-            casting.draw()
+            casting.draw(view.size_px)
             return
         self._rays.bind(shader, view.near_and_far_m)
         if self._trace:
@@ -165,28 +165,37 @@ class _Shadow:
 
     def __init__(self, ctx: moderngl.Context, world: World, defines: dict[str, object]) -> None:
         self._ctx = ctx
+        self._traced: moderngl.Texture | None = None
         coarser = {"COARSER": _COARSER}
-        shell, texels = world.shell, -(-world.scene.shadows.size_px // _COARSER)
         self.rays = PixelPass(
-            ctx, f"{_FOLDER}/shadow.glsl", ["f4"], shell=shell, defines={**defines, **coarser, "SHADOW": 1}
+            ctx, f"{_FOLDER}/shadow.glsl", ["f4"], shell=world.shell, defines={**defines, **coarser, "SHADOW": 1}
         )
-        self._traced = ctx.texture((texels, texels), 4, dtype="f4")
         self._copy = ctx.vertex_array(
             build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines=coarser), []
         )
 
-    def draw(self) -> None:
-        """Into the current framebuffer, behind what it holds."""
-        target = self._ctx.fbo
-        self.rays.run(self._traced)
+    def draw(self, size_px: tuple[int, int]) -> None:
+        """Into the current framebuffer, which is of this size, behind what it holds."""
+        target, traced = self._ctx.fbo, self._traced_for(size_px)
+        self.rays.run(traced)
         target.use()
-        self._traced.use(_UNIT)
+        traced.use(_UNIT)
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         self._copy.render(moderngl.TRIANGLES, vertices=3)
 
+    def _traced_for(self, size_px: tuple[int, int]) -> moderngl.Texture:
+        """The image that rays leave their depth in; another where shadow maps have another size than the last."""
+        size = -(-size_px[0] // _COARSER), -(-size_px[1] // _COARSER)
+        if self._traced is None or self._traced.size != size:
+            if self._traced:
+                self._traced.release()
+            self._traced = self._ctx.texture(size, 4, dtype="f4")
+        return self._traced
+
     def release(self) -> None:
         self.rays.release()
-        self._traced.release()
+        if self._traced:
+            self._traced.release()
         self._copy.program.release()
         self._copy.release()
 
