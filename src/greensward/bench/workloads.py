@@ -234,25 +234,14 @@ def _half_screen() -> Scene:
 
 def _half_screens() -> tuple[Case, ...]:
     """Five steps, as published, through ever closer billboards."""
-    size = 1024, 768
-    grid = Case(
-        "half the screen",
-        _half_screen,
-        size,
-        settings={"steps": 5, "spacing": 0.5},
-        published="90 to 300 frames per second",
+
+    def case(name: str, times: float, **more: Any) -> Case:
+        return Case(name, _half_screen, (1024, 768), settings={"steps": 5, "spacing": 0.5 / times}, **more)
+
+    return (
+        case("half the screen", 1.0, published="90 to 300 frames per second"),
+        *(case(f"{times} times the billboards", times, only=("billboard-grid",)) for times in (0.1, 10)),
     )
-    closer = [
-        Case(
-            f"{times} times the billboards",
-            _half_screen,
-            size,
-            settings={"steps": 5, "spacing": 0.5 / times},
-            only=("billboard-grid",),
-        )
-        for times in (0.1, 10)
-    ]
-    return grid, *closer
 
 
 def _hills(full_density_m: float = 8.0, **culling: bool) -> Scene:

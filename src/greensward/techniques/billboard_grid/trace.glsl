@@ -269,7 +269,7 @@ float standsAt(int plane, uint axis) {
 }
 
 // From one depth to another; `onGround` tells whether the ground is what ends it. Returns the depth at which it left the grass
-// upwards, or was given up before it was opaque, else NOWHERE_M.
+// upwards, else NOWHERE_M.
 float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, float to, bool onGround, bool filled, int most) {
     vec2 way = toGrid(ray.xz), start = inCell_m + toGrid(eye_rs.xz), at = start + from * way;
     way = mix(way, vec2(1e-9), equal(way, vec2(0.0)));
@@ -322,7 +322,7 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
         before = depth_m;
         above = high;
     }
-    return filled ? NOWHERE_M : before;
+    return NOWHERE_M;
 }
 
 // The ray from a point in relative space, to the depth of what is there already
