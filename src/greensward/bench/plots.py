@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 _COLOURS = ("#2f6b2f", "#c8742a", "#4a6fa5", "#8a4f7d", "#8a8a3a", "#555555", "#b03a3a")
 _MOST_CASES = 24
 _WIDE = 12.0  # times the quickest, beyond which bars from zero would hide it
+_MANY_DECADES = 1e4
 
 
 def plots(record: "Record") -> dict[str, bytes]:
@@ -57,7 +58,9 @@ def _logarithmic(axes: "Axes") -> None:
     from matplotlib.ticker import LogLocator, NullFormatter
 
     axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    low, high = axes.get_xlim()
+    # where more decades are shown than that, numbers between them would run into each other
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0,) if high > _MANY_DECADES * low else (1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
 
