@@ -67,7 +67,7 @@ def make(folder):
         Image.fromarray(np.round(255.0 * map_).astype(np.uint8)).save(folder / name)
     scene = gs.Scene(
         title="Hillside at the Jacksboro fault",
-        ground=gs.HeightMapGround(file="elevation.npz", terrain_map="terrain.png", size_m=size_m),
+        ground=gs.grounds.HeightMapGround(file="elevation.npz", terrain_map="terrain.png", size_m=size_m),
         sowing=gs.Sowing(
             density_map="density.png",
             vegetation_map="vegetation.png",

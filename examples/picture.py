@@ -25,12 +25,12 @@ def main():
     # keys as in a scene file; docs/scene-reference.md lists them
     scene = gs.load("meadow", overrides={"wind.0.speed_mps": 9.0, "sun.elevation_deg": 25.0}, seed=4)
     with gs.Renderer(scene, size=(width, height), samples=options.samples) as renderer:
-        frame = renderer.render(time_s=2.5, aovs=("depth", "class", "blade-id"))
+        frame = renderer.render(time_s=2.5, aovs=("depth", "class", "blade_id"))
         print(f"{renderer.blades:,} blades on {renderer.driver}")
 
     Image.fromarray(frame.image).save(options.out)
     np.savez_compressed(options.out.with_suffix(".npz"), **frame.truth)
-    grass = frame.truth["class"] == 2
+    grass = frame.truth["class"] == gs.SurfaceClass.GRASS
     seen = len(np.unique(frame.truth["blade_id"][grass]))
     print(f"{options.out}: grass covers {grass.mean():.0%} of it, and {seen:,} different blades show")
 

@@ -110,7 +110,8 @@ fill_venv() {
     quietly "$base" -m venv "$root/.venv" || { rm -rf "$root/.venv" && stop "The virtual environment could not be made."; }
   fi
   say "Installing greensward${extras:+ with what \"$extras\" needs} into .venv ..."
-  quietly "$python" -m pip install --quiet --disable-pip-version-check --retries 2 \
+  # modules are compiled when they are first imported, which is sooner done than all of them now
+  quietly "$python" -m pip install --quiet --no-compile --disable-pip-version-check --retries 2 \
     -c "$root/constraints.txt" -e "$root${extras:+[$extras]}" ||
     stop "That failed; is there a network? What was installed before is still in .venv."
   printf '%s' "$now" >"$stamp"

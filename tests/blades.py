@@ -1,12 +1,14 @@
-"""Blades and postures as they lie on the GPU, read back."""
+"""Blades, poses and states as they lie on the GPU, read back."""
 
 import numpy as np
 
-from greensward.sowing import Field
+from greensward.motion.simulation import STATE
+from greensward.sowing import Field, blade
 from greensward.sowing.field import Page
 from greensward.world import World
 from oracles import octahedral
 
+# rows as vectors, where the shaders' struct has numbers
 BLADE = np.dtype(
     [
         ("root", "f4", 3),
@@ -17,13 +19,17 @@ BLADE = np.dtype(
         ("width", "f4"),
         ("up", "i2", 2),
         ("stiffness", "f4"),
-        ("look", "u4"),
+        ("flags", "u4"),
         ("rank_root", "u2"),
         ("random", "u2"),
     ]
 )
-assert BLADE.itemsize == 64
-POSTURE = np.dtype([("now", "f2", 6), ("previous", "f2", 6)])
+_POSE = np.dtype([("now", "f2", 6), ("previous", "f2", 6)])
+_STATE = np.dtype([("tip", "f4", 3), ("pressed", "f4"), ("velocity", "f4", 3), ("step", "f4")])
+_SPECIES = 15
+assert (BLADE.itemsize, _POSE.itemsize, _STATE.itemsize) == tuple(
+    each.dtype.itemsize for each in (blade.BLADE, blade.POSE, STATE)
+)
 
 
 def read_blades(field: Field) -> np.ndarray:
@@ -31,9 +37,9 @@ def read_blades(field: Field) -> np.ndarray:
     return np.concatenate([np.zeros(0, BLADE), *(np.frombuffer(page.blades.read(), BLADE) for page in field.pages)])
 
 
-def read_postures(page: Page) -> np.ndarray:
+def read_poses(page: Page) -> np.ndarray:
     """Control point and tip relative to the root, now and one frame ago: float64 (n, 2, 2, 3)."""
-    raw = np.frombuffer(page.postures.read(), POSTURE)
+    raw = np.frombuffer(page.poses.read(), _POSE)
     return np.stack([raw["now"], raw["previous"]], 1).reshape(len(raw), 2, 2, 3).astype(np.float64)
 
 
@@ -42,11 +48,11 @@ def up_of(blades: np.ndarray) -> np.ndarray:
 
 
 def species_of(blades: np.ndarray) -> np.ndarray:
-    return blades["look"] & 15
+    return blades["flags"] & _SPECIES
 
 
 def has_head(blades: np.ndarray) -> np.ndarray:
-    return (blades["look"] & 16) != 0
+    return (blades["flags"] & blade.BladeFlag.HEAD) != 0
 
 
 def points(blades: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -54,11 +60,8 @@ def points(blades: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return tuple(blades[name].astype(np.float64) for name in ("root", "control", "tip"))
 
 
-STATE = np.dtype([("tip", "f4", 3), ("pressed", "f4"), ("velocity", "f4", 3), ("unused", "f4")])
-
-
 def read_states(world: World) -> np.ndarray:
-    """What the blades of a simulated field remember, in the order of their pages."""
-    assert world._simulated
-    pages = world.field.pages
-    return np.concatenate([np.frombuffer(world._simulated._state(page).read(), STATE) for page in pages])
+    """State of the blades of a simulated field, in the order of their pages."""
+    saved = world.saved()
+    states = [saved[f"state_{i}"] for i in range(len(world.field.pages))]
+    return np.concatenate([np.frombuffer(state.tobytes(), _STATE) for state in states])

@@ -1,21 +1,37 @@
-"""One context for all tests that draw, current and without an error around each; GREENSWARD_DEVICE chooses it."""
+"""One device for all tests that draw, current and without an error around each; GREENSWARD_DEVICE chooses it."""
 
 import os
+import tempfile
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import hypothesis
 import moderngl
 import numpy.typing as npt
 import pytest
 
-from greensward.gpu.context import open_context
+from greensward import renderer as renderers
+from greensward.gpu.adapters import open_context
+from greensward.gpu.device import Device
+from greensward.gpu.programs import CACHE_VARIABLE
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
+from greensward.library import as_scene
 from greensward.renderer import Renderer
 from greensward.scene import Scene
 from greensward.sowing import Field
 
 os.environ.setdefault("GREENSWARD_DEVICE", "cpu")
+# `--hypothesis-profile=thorough` tries more
+for name, examples in (("quick", 60), ("thorough", 600)):
+    hypothesis.settings.register_profile(
+        name, max_examples=examples, deadline=None, suppress_health_check=list(hypothesis.HealthCheck)
+    )
+hypothesis.settings.load_profile("quick")
+# the user's own is left alone; processes of one run share this
+if CACHE_VARIABLE not in os.environ:
+    _PROGRAMS = tempfile.TemporaryDirectory(prefix="greensward-tests-")
+    os.environ[CACHE_VARIABLE] = _PROGRAMS.name
 
 
 @pytest.fixture(scope="session")
@@ -43,12 +59,20 @@ def ctx(session_ctx: moderngl.Context, resting_place: moderngl.Framebuffer) -> I
 
 
 @pytest.fixture
-def renderer(ctx: moderngl.Context) -> Iterator[Callable[..., Renderer]]:
+def device(ctx: moderngl.Context) -> Device:
+    """The device of the shared context, whose programs all tests share; its host has bound textures of its own."""
+    device = Device.of(ctx)
+    device.units[:] = [None] * len(device.units)
+    return device
+
+
+@pytest.fixture
+def renderer(device: Device) -> Iterator[Callable[..., Renderer]]:
     """Makes renderers in the shared context, of small pictures, and releases them afterwards."""
     made: list[Renderer] = []
 
     def make(scene: Scene, **options: Any) -> Renderer:
-        made.append(Renderer(scene, **{"size": (160, 90), "ctx": ctx, **options}))
+        made.append(Renderer(scene, **{"size": (160, 90), "ctx": device.ctx, **options}))
         return made[-1]
 
     yield make
@@ -57,13 +81,13 @@ def renderer(ctx: moderngl.Context) -> Iterator[Callable[..., Renderer]]:
 
 
 @pytest.fixture
-def sow(ctx: moderngl.Context) -> Iterator[Callable[..., Field]]:
+def sow(device: Device) -> Iterator[Callable[..., Field]]:
     """Sows a scene's field around a focus; without one, around a point on the ground below the origin."""
     made: list[Field | GroundGpu] = []
 
     def make(scene: Scene, focus: npt.ArrayLike = (0.0, 0.0, 0.0), slack_m: float = 0.0) -> Field:
-        ground = GroundGpu(ctx, scene, HeightField.of(scene))
-        field = Field(ctx, scene, ground)
+        ground = GroundGpu(device, scene, HeightField.of(scene))
+        field = Field(device, scene, ground)
         made.extend((field, ground))
         field.sow(focus, slack_m)
         return field
@@ -71,3 +95,17 @@ def sow(ctx: moderngl.Context) -> Iterator[Callable[..., Field]]:
     yield make
     for each in made:
         each.release()
+
+
+@pytest.fixture
+def thin_fields(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every renderer draws a thin field: programs are tried in full, but not at their price."""
+
+    class Thin(renderers.Renderer):
+        def __init__(self, scene: Any, **options: Any) -> None:
+            scene = as_scene(scene)
+            sowing = scene.sowing.model_copy(update={"density_per_m2": 30.0, "reach_m": 25.0})
+            thin = {"sowing": sowing, "shadows": scene.shadows.model_copy(update={"size_px": 64})}
+            super().__init__(scene.model_copy(update=thin), **options)
+
+    monkeypatch.setattr(renderers, "Renderer", Thin)

@@ -7,7 +7,9 @@ import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import greensward as gs
 from greensward import renderer as renderers
@@ -31,15 +33,12 @@ def anchors(page: Path) -> set[str]:
 
 
 @pytest.fixture
-def tiny(monkeypatch, tmp_path):
-    """Every renderer draws a thin field, small: what a page says is tried in full, but not at its price."""
+def tiny(thin_fields, monkeypatch, tmp_path):
+    """A folder to work in; every renderer draws a small picture of a thin field."""
 
     class Tiny(renderers.Renderer):
         def __init__(self, scene, **options):
-            sowing = scene.sowing.model_copy(update={"density_per_m2": 30.0, "reach_m": 25.0})
-            thin = {"sowing": sowing, "shadows": scene.shadows.model_copy(update={"size_px": 64})}
-            options |= {"size": (64, 36), "samples": 1}
-            super().__init__(scene.model_copy(update=thin), **options)
+            super().__init__(scene, **options | {"size": (64, 36), "samples": 1})
 
     monkeypatch.setattr(renderers, "Renderer", Tiny)
     monkeypatch.chdir(tmp_path)
@@ -60,6 +59,7 @@ def run_command(line: str, monkeypatch) -> None:
             assert program in {"pip", "sudo", "python3", "."}, f"{command}: the tests do not know how to try this"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_commands_and_code_run_in_the_order_of_the_page(page, tiny, monkeypatch):
     names: dict[str, object] = {}
@@ -98,19 +98,40 @@ def test_no_page_tells_of_one_machine(page):
 
 
 def test_figures_of_speed_are_those_that_are_kept(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["figures", "--check"])
+    monkeypatch.setattr(sys, "argv", ["figures.py", "--check"])
     with pytest.raises(SystemExit) as left:
-        runpy.run_path(str(ROOT / "scripts" / "figures"), run_name="__main__")
+        runpy.run_path(str(ROOT / "scripts" / "figures.py"), run_name="__main__")
     assert (left.value.code, capsys.readouterr().err) == (0, "")
 
 
 def test_every_picture_is_shown_drawn_by_the_script_and_small():
     pictures = sorted((ROOT / "docs" / "pictures").iterdir())
     shown = "".join(page.read_text(encoding="utf-8") for page in PAGES)
-    drawn = runpy.run_path(str(ROOT / "scripts" / "pictures"))["PICTURES"]
+    drawn = runpy.run_path(str(ROOT / "scripts" / "pictures.py"))["PICTURES"]
     assert {path.name for path in pictures} == set(drawn)
     assert not [path.name for path in pictures if f"pictures/{path.name})" not in shown]
-    assert sum(path.stat().st_size for path in pictures) < 9 * 2**20
+
+
+def test_pictures_are_small():
+    # each redraw of a picture stays in the history for good: CONTRIBUTING.md states the sum
+    pictures = sorted((ROOT / "docs" / "pictures").iterdir())
+    plots = [path for path in (ROOT / "docs" / "benchmarks").rglob("*") if path.suffix not in ("", ".md", ".json")]
+    for path in pictures + plots:
+        with Image.open(path) as picture:
+            assert picture.format == {".jpg": "JPEG", ".webp": "WEBP"}[path.suffix], path.name
+        assert path.stat().st_size <= 300_000, path.name
+    assert sum(path.stat().st_size for path in pictures) <= 7_000_000
+    assert sum(path.stat().st_size for path in plots) <= 1_000_000
+
+
+@pytest.mark.slow
+def test_a_picture_that_is_too_large_is_encoded_at_a_lower_quality():
+    encoded = runpy.run_path(str(ROOT / "scripts" / "pictures.py"))["encoded"]
+    noise = np.random.default_rng(1).integers(0, 256, (600, 800, 3), dtype=np.uint8)
+    for suffix in (".jpg", ".webp"):
+        assert 200_000 < len(encoded(Image.fromarray(noise), suffix)) <= 300_000
+    with pytest.raises(gs.InputError, match="1600×2400 pixels"):
+        encoded(Image.fromarray(np.tile(noise, (4, 2, 1))), ".jpg")
 
 
 def test_every_technique_has_a_section_with_its_settings_and_sources():
@@ -127,3 +148,13 @@ def test_every_shape_is_described():
 
     page = (ROOT / "docs" / "techniques.md").read_text(encoding="utf-8")
     assert all(f"| `{shape}` |" in page for shape in SHAPES)
+
+
+def test_the_glossary_is_alphabetical_and_its_places_exist():
+    page = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (?!term|-)(.+?)(?: \*)? \| .+ \| (.+) \|$", page, re.MULTILINE)
+    terms = [term.lower() for term, _ in rows]
+    assert len(terms) > 40
+    assert terms == sorted(terms)
+    places = [place for _, named in rows for place in re.findall(r"`([^`]+)`", named)]
+    assert [place for place in places if not (ROOT / "src" / "greensward" / place).exists()] == []

@@ -31,6 +31,7 @@ def test_every_example_is_tested():
     assert {path.stem for path in EXAMPLES.glob("*.py")} == {"picture", "embed", "hillside", "walk"}
 
 
+@pytest.mark.slow
 def test_picture_writes_a_picture_and_its_truth(monkeypatch, tmp_path, capsys):
     run(monkeypatch, "picture", tmp_path / "picture.png")
     assert pixels(tmp_path / "picture.png").std() > 10
@@ -41,6 +42,7 @@ def test_picture_writes_a_picture_and_its_truth(monkeypatch, tmp_path, capsys):
     assert "different blades show" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_embed_draws_a_cube_that_turns_among_the_grass(monkeypatch, tmp_path):
     # depth composes if all of the cube is hidden or shown by place, not by order: blue shows, and grass before it
     for time_s in ("1", "1.5"):
@@ -52,6 +54,7 @@ def test_embed_draws_a_cube_that_turns_among_the_grass(monkeypatch, tmp_path):
     assert np.abs(first - second).mean() > 0.5
 
 
+@pytest.mark.slow
 def test_hillside_draws_near_and_far_from_a_scene_that_is_right(monkeypatch, tmp_path):
     run(monkeypatch, "hillside", tmp_path / "hill")
     near, far = (pixels(tmp_path / "hill" / f"{name}.png") for name in ("near", "far"))
@@ -63,6 +66,7 @@ def test_hillside_draws_near_and_far_from_a_scene_that_is_right(monkeypatch, tmp
     assert gs.load(tmp_path / "hill").ground.kind == "heightmap"
 
 
+@pytest.mark.slow
 def test_walk_writes_a_video_of_a_moving_camera(monkeypatch, tmp_path, capsys):
     run(monkeypatch, "walk", tmp_path / "walk.mp4", "--seconds", "0.2", "--fps", "10")
     assert (tmp_path / "walk.mp4").stat().st_size > 1000
@@ -74,6 +78,8 @@ def test_walk_writes_a_video_of_a_moving_camera(monkeypatch, tmp_path, capsys):
     assert steps.max() < 2 * steps.min() < 0.12
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("thin_fields")
 def test_the_notebook_runs_cell_by_cell(monkeypatch):
     pytest.importorskip("jupyter_rfb")
     shown = []
@@ -137,6 +143,7 @@ def places(truth) -> tuple[np.ndarray, np.ndarray]:
     return world[..., 0], world[..., 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("max_slope_deg", [30.0, 22.0])
 def test_nothing_grows_where_density_is_zero_or_the_slope_too_steep(renderer, hillside, max_slope_deg):
     # a place where bare and steep land lies beside land that bears grass
@@ -152,7 +159,7 @@ def test_nothing_grows_where_density_is_zero_or_the_slope_too_steep(renderer, hi
         },
     )
     drawn = renderer(scene, size=(320, 180))
-    truth = drawn.render(aovs=("depth", "class", "blade-id")).truth
+    truth = drawn.render(aovs=("depth", "class", "blade_id")).truth
     heights = HeightField.of(scene)
 
     def slope_deg(x, z):
@@ -164,7 +171,7 @@ def test_nothing_grows_where_density_is_zero_or_the_slope_too_steep(renderer, hi
     assert slope_deg(x, z).max() <= max_slope_deg + 0.05
 
     # and this tried something: land within reach that is in the picture is bare for either reason
-    near = (truth["class"] == 1) & (truth["depth"] < 100)
+    near = (truth["class"] == gs.SurfaceClass.GROUND) & (truth["depth"] < 100)
     gx, gz = (each[near] for each in places(truth))
     assert (most_density(hillside, scene.ground.size_m, gx, gz) == 0).sum() > 500
     if max_slope_deg < 30:

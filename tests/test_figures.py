@@ -1,4 +1,4 @@
-"""`scripts/figures`: what it writes into a page, and what it says of a page or a result that lacks something."""
+"""`scripts/figures.py`: what it writes into a page, and what it says of a page or a result that lacks something."""
 
 import json
 import runpy
@@ -10,7 +10,7 @@ import pytest
 
 from greensward.bench.suite import FORMAT
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "figures"
+SCRIPT = Path(__file__).parents[1] / "scripts" / "figures.py"
 MS = "ms: cpu / blade-count / visibility-buffer / 1M"
 
 
@@ -45,7 +45,7 @@ class Clone:
     def run(self, text: str, *arguments: str) -> tuple[int, str, str]:
         """Exit code, what is said, and the page."""
         self.page.write_text(text, encoding="utf-8")
-        self.monkeypatch.setattr(sys, "argv", ["figures", *arguments])
+        self.monkeypatch.setattr(sys, "argv", ["figures.py", *arguments])
         with pytest.raises(SystemExit) as left:
             runpy.run_path(str(self.script), run_name="__main__")
         return left.value.code, self.capsys.readouterr().err.strip(), self.page.read_text(encoding="utf-8")
@@ -58,7 +58,7 @@ def clone(tmp_path, monkeypatch, capsys):
 
 def test_a_sentence_and_a_table_are_written_and_then_hold(clone):
     before = f"A frame takes <!-- {MS} -->9 ms<!-- / -->.\n\n<!-- fields: cpu --><!-- / -->\n"
-    assert clone.run(before, "--check") == (1, "README.md: is not what scripts/figures writes; run it", before)
+    assert clone.run(before, "--check") == (1, "README.md: is not what scripts/figures.py writes; run it", before)
     code, told, page = clone.run(before)
     assert (code, told) == (0, "")
     assert f"takes <!-- {MS} -->191 ms<!-- / -->.\n" in page
@@ -97,11 +97,11 @@ NO_ROW = (
         ("It takes 5<!-- / -->.", "<!-- / -->: has no other end"),
         (f"<!-- {MS} -->5<!-- / -->", "must not begin a line, as only tables do"),
         ("Here: <!-- fields: cpu --><!-- / -->", "must begin a line, as tables do"),
-        ("It takes <!-- minutes: cpu -->5<!-- / -->.", "KeyError('minutes'); scripts/figures has what there is"),
+        ("It takes <!-- minutes: cpu -->5<!-- / -->.", "KeyError('minutes'); scripts/figures.py has what there is"),
         ("It takes <!-- ms: cpu -->5<!-- / -->.", "missing 3 required positional arguments"),
         (
             "<!-- limits --><!-- / -->",
-            "docs/performance/limits-*.json: there is none; keep what scripts/measure_limits",
+            "docs/performance/limits-*.json: there is none; keep what scripts/measure_limits.py",
         ),
         ("It is <!-- origin: gpu --><!-- / -->.", "docs/benchmarks/nvidia-*.json: must be of one machine"),
     ],

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
-from greensward.gpu.context import driver_name, open_context
+from greensward.gpu.device import Device
 from greensward.renderer import Renderer
 from greensward.scene import Scene
 
@@ -62,11 +62,11 @@ SCENES: dict[str, dict[str, Any]] = {
 }
 
 
-def draw(name: str, folder: Path, **context: Any) -> Picture:
+def draw(name: str, folder: Path, device: Device) -> Picture:
     """A scene of the list as it is drawn now; its height map is written into the folder."""
     np.save(folder / "hill.npy", _HILL.astype(np.float32))
     scene = Scene.model_validate(SCENES[name]).in_folder(folder)
-    with Renderer(scene, size=SIZE, samples=SAMPLES, **context) as renderer:
+    with Renderer(scene, size=SIZE, samples=SAMPLES, device=device) as renderer:
         return renderer.render(1.5).image
 
 
@@ -97,10 +97,10 @@ def compare(name: str, actual: Picture, references: Path = REFERENCES, failures:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_picture(ctx, tmp_path, name):
-    if not driver_name(ctx).startswith("llvmpipe"):
-        pytest.skip(f"references are drawn by llvmpipe, and this is {driver_name(ctx)}")
-    compare(name, draw(name, tmp_path, ctx=ctx))
+def test_picture(device, tmp_path, name):
+    if not device.name.startswith("llvmpipe"):
+        pytest.skip(f"references are drawn by llvmpipe, and this is {device.name}")
+    compare(name, draw(name, tmp_path, device))
 
 
 @pytest.fixture
@@ -163,16 +163,16 @@ def accept(names: list[str]) -> int:
     if unknown:
         print(f"{unknown[0]}: must be one of {', '.join(SCENES)}", file=sys.stderr)
         return 2
-    ctx = open_context("cpu")
-    if not driver_name(ctx).startswith("llvmpipe"):
-        print(f"references are drawn by llvmpipe, and this is {driver_name(ctx)}", file=sys.stderr)
+    device = Device("cpu")
+    if not device.name.startswith("llvmpipe"):
+        print(f"references are drawn by llvmpipe, and this is {device.name}", file=sys.stderr)
         return 1
     REFERENCES.mkdir(exist_ok=True)
     FAILURES.mkdir(exist_ok=True)
     for name in names or SCENES:
-        Image.fromarray(draw(name, FAILURES, ctx=ctx)).save(REFERENCES / f"{name}.png", optimize=True)
+        Image.fromarray(draw(name, FAILURES, device)).save(REFERENCES / f"{name}.png", optimize=True)
         print(REFERENCES / f"{name}.png")
-    ctx.release()
+    device.release()
     return 0
 
 

@@ -17,19 +17,20 @@ def _camera(x: float, z: float) -> Camera:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("technique", ["bezier-blades", "visibility-buffer"])
-@pytest.mark.parametrize("shell", ["fragment", "compute"])
+@pytest.mark.parametrize("stage", ["fragment", "compute"])
 @pytest.mark.parametrize("stored_m", [None, 0.0])
-def test_motion_of_still_grass_is_that_of_the_camera(renderer, technique, shell, stored_m):
+def test_motion_of_still_grass_is_that_of_the_camera(renderer, technique, stage, stored_m):
     if stored_m is not None and technique == "bezier-blades":
         pytest.skip("draws stored blades only")
     sowing = {"density_per_m2": 400.0} | ({} if stored_m is None else {"stored_m": stored_m})
     scene = small_scene(technique={"name": technique}, sowing=sowing, shadows={"enabled": False})
-    drawn = renderer(scene, size=(320, 180), shell=shell)
+    drawn = renderer(scene, size=(320, 180), stage=stage)
     previous = None
     for time_s, (right, ahead) in enumerate(_STEPS):
         camera = _camera(_FAR + right, -_FAR + ahead)
-        truth = drawn.render(float(time_s), camera=camera, aovs=["motion", "depth", "class", "blade-id"]).truth
+        truth = drawn.render(float(time_s), camera=camera, aovs=["motion", "depth", "class", "blade_id"]).truth
         if previous is not None:
             shown = truth["blade_id"] > 0
             assert shown.mean() > 0.1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from greensward.gpu.view import look, orthographic, perspective
+from greensward.gpu.view import look_at, orthographic, perspective
 from greensward.ground import HeightField
 from greensward.scene import Camera, InputError
 from greensward.viewpoint import camera_view, jitter, place
@@ -62,7 +62,7 @@ def test_matrices(target):
     assert view.axis_ws[:3] @ position + view.axis_ws[3] == pytest.approx(0.0)
     assert view.axis_ws[:3] @ (position + 7 * forward) + view.axis_ws[3] == pytest.approx(7.0)
     assert view.eye_ws.tolist() == [*position, 1.0]
-    view_from_world = look(position, target)
+    view_from_world = look_at(position, target)
     up = view_from_world[1, :3]
     assert up[1] >= 0
     top = position + 10 * forward + 10 * np.tan(np.radians(20)) * up
@@ -81,7 +81,7 @@ def test_rays_meet_what_the_matrices_show():
 
 
 def test_look_is_a_rotation_and_a_shift():
-    matrix = look((1, 2, 3), (4, 0, -5))
+    matrix = look_at((1, 2, 3), (4, 0, -5))
     assert np.allclose(matrix[:3, :3] @ matrix[:3, :3].T, np.eye(3))
     assert np.linalg.det(matrix[:3, :3]) == pytest.approx(1.0)
     assert matrix @ [1, 2, 3, 1] == pytest.approx([0, 0, 0, 1])

@@ -8,38 +8,36 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from greensward.aovs import unknown_aov
 from greensward.passes.gbuffer import GBuffer
 from greensward.scene import Camera, InputError
-
-AOVS = ("depth", "normal", "class", "blade-id", "motion", "albedo")
-CLASSES = {"sky": 0, "ground": 1, "grass": 2, "flower": 3, "object": 4, "water": 5}
+from greensward.scene.classes import BLADE_ID_BITS, SurfaceClass
 
 Truth = dict[str, npt.NDArray[Any]]
 
 
 def read_truth(gbuffer: GBuffer, aovs: Sequence[str]) -> Truth:
-    """Arrays of height × width (× channels), top row first, keyed by name with `_` for `-`.
+    """Arrays of height × width (× channels), top row first, keyed by name.
 
     `depth` float32 metres along the view axis, inf for sky; `normal` float32 world space, 0 for sky; `class`
-    uint8; `blade_id` uint32, 0 where no blade shows; `motion` float32 pixels (right, down) since the frame
-    before; `albedo` float32 linear 0..1. Raises `InputError` for an unknown name.
+    uint8, a `SurfaceClass`; `blade_id` uint32, 0 where no blade shows; `motion` float32 pixels (right, down) since
+    the previous frame; `albedo` float32 linear 0..1. Raises `InputError` for an unknown name.
     """
-    unknown = [name for name in aovs if name not in AOVS]
-    if unknown:
-        raise InputError(f"--aov: unknown output {unknown[0]}; choose from {', '.join(AOVS)}")
+    if unknown := unknown_aov(aovs):
+        raise InputError(f"aovs: {unknown}")
     truth: Truth = {}
-    depth = _read(gbuffer.depth, np.float32, 1)
-    surface = np.isfinite(depth)
+    surface_id, depth = gbuffer.read_surface()
+    surface = np.isfinite(depth)[..., None]
     for name in aovs:
         if name == "depth":
-            truth["depth"] = depth[..., 0]
+            truth["depth"] = depth
         elif name == "normal":
             octahedral = _read(gbuffer.normal, np.float16, 4)[..., :2].astype(np.float32)
             truth["normal"] = np.where(surface, _decode_normal(octahedral), np.float32(0.0))
         elif name == "class":
-            truth["class"] = (_read(gbuffer.id, np.uint32, 1)[..., 0] >> 27).astype(np.uint8)
-        elif name == "blade-id":
-            truth["blade_id"] = _read(gbuffer.id, np.uint32, 1)[..., 0] & np.uint32(0x7FFFFFF)
+            truth["class"] = (surface_id >> BLADE_ID_BITS).astype(np.uint8)
+        elif name == "blade_id":
+            truth["blade_id"] = surface_id & np.uint32((1 << BLADE_ID_BITS) - 1)
         elif name == "motion":
             # rows run down in a picture and up in OpenGL
             motion = _read(gbuffer.motion, np.float32, 2) * np.array([1.0, -1.0], np.float32)
@@ -56,7 +54,7 @@ def camera_record(
     view_from_world: npt.NDArray[np.float64],
     size: tuple[int, int],
 ) -> str:
-    """What a reader of the arrays needs to know of the camera and the classes, as JSON."""
+    """Return the camera and the classes as JSON, for a reader of the arrays."""
     return json.dumps(
         {
             "size": list(size),
@@ -65,7 +63,7 @@ def camera_record(
             "fov_y_deg": camera.fov_y_deg,
             "view_from_world": view_from_world.tolist(),
             "clip_from_world": clip_from_world.tolist(),
-            "classes": CLASSES,
+            "classes": {kind.name.lower(): int(kind) for kind in SurfaceClass},
         }
     )
 

@@ -1,15 +1,15 @@
-"""From a scene's camera to the view that is drawn."""
+"""Views of a scene's camera: matrices and rays of the picture."""
 
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.view import View, look, perspective
+from greensward.gpu.view import View, look_at, perspective
 from greensward.ground import HeightField
 from greensward.scene import Camera, InputError
 
 
 def place(camera: Camera, heights: HeightField) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Position and target in world space, each (3,), with heights above ground resolved.
+    """Resolve position and target in world space, each (3,), with heights above ground resolved.
 
     Raises `InputError` for a camera inside the ground.
     """
@@ -18,7 +18,7 @@ def place(camera: Camera, heights: HeightField) -> tuple[npt.NDArray[np.float64]
     if camera.height_above_ground:
         position[1] += below
         target[1] += float(heights.height(target[0], target[2]))
-    if heights.there and position[1] <= below:
+    if heights.exists and position[1] <= below:
         raise InputError(
             f"camera.position_m: must be above the ground, which is {below:.2f} m high there "
             f"(got {position[1]:.2f} m); raise y, or set camera.height_above_ground = true"
@@ -29,9 +29,9 @@ def place(camera: Camera, heights: HeightField) -> tuple[npt.NDArray[np.float64]
 
 
 def camera_view(camera: Camera, heights: HeightField, size_px: tuple[int, int]) -> View:
-    """The view of a camera for a picture of this size."""
+    """View of a camera for a picture of this size."""
     position, target = place(camera, heights)
-    view_from_world = look(position, target)
+    view_from_world = look_at(position, target)
     clip_from_view = perspective(camera.fov_y_deg, size_px[0] / size_px[1], camera.near_m, camera.far_m)
     axis = -view_from_world[2, :3]
     half_height = np.tan(np.radians(camera.fov_y_deg) / 2.0)

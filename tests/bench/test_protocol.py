@@ -1,5 +1,6 @@
 """How frames are measured: paths, medians, passes, floors, and what was counted."""
 
+from dataclasses import replace
 from itertools import count
 
 import moderngl
@@ -8,13 +9,13 @@ import pytest
 
 from greensward.bench import protocol
 from greensward.bench.floor import floor_ms
+from greensward.bench.frame_statistics import counted, gpu_bytes
 from greensward.bench.protocol import DeviceLostError, Pace, camera_on_path, measure, pace, spread
 from greensward.bench.strips import InstancedStrips
-from greensward.bench.tally import counted, gpu_bytes
-from greensward.gpu import timers
 from greensward.io.camera_path import CameraPath
 from greensward.renderer import Renderer
 from greensward.scene import Camera
+from live_objects import live_objects
 from small_scenes import small_scene
 
 COLUMNS = {
@@ -82,25 +83,25 @@ def test_outliers_are_told_and_kept():
     assert told["frame_ms_min"] == 9.9
 
 
-def test_calls_and_primitives_are_counted(ctx, triangle):
+def test_calls_and_primitives_are_counted(ctx, device, triangle):
     target = ctx.framebuffer([ctx.texture((8, 8), 4)])
     target.use()
-    with counted(ctx) as tally:
+    with counted(device) as counts:
         triangle.render(moderngl.TRIANGLES, vertices=3, instances=4)
         triangle.render(moderngl.TRIANGLES, vertices=3)
-    assert (tally.draw_calls, tally.dispatches, tally.primitives) == (2, 0, 5)
-    assert tally.vertices in (15, None)
-    assert tally.primitives_in_view <= 5
+    assert (counts.draw_calls, counts.dispatches, counts.primitives) == (2, 0, 5)
+    assert counts.vertices in (15, None)
+    assert counts.primitives_in_view <= 5
     triangle.render(moderngl.TRIANGLES, vertices=3)
-    assert tally.draw_calls == 2
+    assert counts.draw_calls == 2
 
 
-def test_a_driver_without_statistics_leaves_vertices_open(ctx, triangle, monkeypatch):
-    monkeypatch.setattr("greensward.bench.tally._STATISTICS", "GL_none")
+def test_a_driver_without_statistics_leaves_vertices_open(ctx, device, triangle, monkeypatch):
+    monkeypatch.setattr("greensward.bench.frame_statistics._STATISTICS", "GL_none")
     ctx.simple_framebuffer((8, 8)).use()
-    with counted(ctx) as tally:
+    with counted(device) as counts:
         triangle.render(moderngl.TRIANGLES, vertices=3)
-    assert (tally.vertices, tally.primitives, tally.primitives_in_view) == (None, 1, 1)
+    assert (counts.vertices, counts.primitives, counts.primitives_in_view) == (None, 1, 1)
 
 
 def test_memory_is_that_of_what_is_there(ctx):
@@ -112,7 +113,7 @@ def test_memory_is_that_of_what_is_there(ctx):
     assert gpu_bytes(ctx) == before
 
 
-def test_the_floor_covers_the_pixels_asked_for(ctx, monkeypatch):
+def test_the_floor_covers_the_pixels_asked_for(ctx, device, monkeypatch):
     size, blade_pixels, pictures = (200, 100), 3000, []
     render = moderngl.VertexArray.render
 
@@ -122,7 +123,7 @@ def test_the_floor_covers_the_pixels_asked_for(ctx, monkeypatch):
             pictures.append(np.frombuffer(ctx.fbo.read(components=4), np.uint8)[3::4])
 
     monkeypatch.setattr(moderngl.VertexArray, "render", watching)
-    took = floor_ms(ctx, size, blades=500, primitives=100, blade_pixels=blade_pixels, repeats=2)
+    took = floor_ms(device, size, blades=500, primitives=100, blade_pixels=blade_pixels, repeats=2)
     assert took > 0.0
     # strips overlap, and some stick out of the picture
     assert 0.7 * blade_pixels < np.count_nonzero(pictures[0]) < 1.05 * blade_pixels
@@ -166,22 +167,22 @@ def test_a_camera_may_stand_where_its_path_begins(renderer, monkeypatch, still, 
     assert row["first_frame_s"] is None
 
 
-def test_with_timer_queries_each_pass_has_both_times(renderer, monkeypatch):
-    monkeypatch.setattr(timers, "has_timer_queries", lambda _: True)
+def test_with_timer_queries_each_pass_has_both_times(device, renderer, monkeypatch):
+    monkeypatch.setattr(device, "features", replace(device.features, timer_queries=True))
     scene = small_scene()
     subject = renderer(scene, size=SIZE)
     row = measure(subject, scene.camera, SIZE, Pace("quick", 3, warm_up=1))
-    assert protocol.clock(subject.ctx, subject.timers).startswith("GPU timer queries")
+    assert protocol.clock(subject.device, subject.timers).startswith("GPU timer queries")
     assert set(row["cpu_pass_ms"]) == set(row["pass_ms"])
     assert row["cpu_ms_median"] > 0.0
     assert row["wall_ms_median"] >= row["cpu_ms_median"]
 
 
-def test_a_driver_without_timer_queries_says_so(renderer, monkeypatch):
+def test_a_driver_without_timer_queries_says_so(device, renderer, monkeypatch):
     subject = renderer(small_scene(), size=SIZE)
-    assert protocol.clock(subject.ctx, subject.timers) == "wall clock around finish(), as the CPU draws"
-    monkeypatch.setattr(protocol, "is_software", lambda _: False)
-    assert protocol.clock(subject.ctx, subject.timers).endswith("this driver has no timer queries")
+    assert protocol.clock(subject.device, subject.timers) == "wall clock around finish(), as the CPU draws"
+    monkeypatch.setattr(device, "software", False)
+    assert protocol.clock(subject.device, subject.timers).endswith("this driver has no timer queries")
 
 
 def test_the_thesis_protocol_lasts_as_long_as_it_must(renderer):
@@ -208,6 +209,17 @@ def test_strips_draw_every_blade_of_the_field():
         still = target.read()
         strips.draw(target, 0.7)
         assert target.read() != still
+
+
+def test_a_measurement_leaves_nothing_behind(device, renderer):
+    drawn = renderer(small_scene(), size=SIZE)
+    drawn.render()
+    before = live_objects(device)
+    for _ in range(2):
+        measure(drawn, drawn.scene.camera, SIZE, Pace("quick", 1, warm_up=1))
+        assert {kind: len(names) for kind, names in live_objects(device).items()} == {
+            kind: len(names) for kind, names in before.items()
+        }
 
 
 def test_a_lost_device_ends_the_measurement():

@@ -94,8 +94,8 @@ def test_what_is_missing_stands_in_the_report(kept, tmp_path, monkeypatch):
 
 def test_plots_are_named_after_their_workloads(kept):
     made = plots.plots(kept)
-    assert set(made) == {"blade-count.png", "cost-quality.png"}
-    assert all(data.startswith(b"\x89PNG") for data in made.values())
+    assert set(made) == {"blade-count.webp", "cost-quality.webp"}
+    assert all(data[8:12] == b"WEBP" for data in made.values())
 
 
 def test_tables_are_regular(kept):
@@ -124,7 +124,7 @@ def test_ratios_are_noise_where_the_runs_overlap():
     assert told.verdict == "slower"
     assert told.low < told.middle == 1.5 < told.high
     assert ratio(slow, row()).verdict == "faster"
-    assert ratio(row(frames=2), slow).verdict == "too few frames to tell"
+    assert ratio(row(frames=2), slow).verdict == "too few frames"
     assert ratio(row(), slow, drifted=1.6).verdict == "noise"
 
 

@@ -18,6 +18,7 @@ def wanted(*names: str, **options) -> Wanted:
     return Wanted(chosen_workloads(names), **{**TOY, **options})
 
 
+@pytest.mark.slow
 def test_a_run_gives_flat_rows_of_every_case_and_technique():
     kept = []
     result = run(wanted("blade-count", techniques=(STRIPS, "visibility-buffer"), sizes=((16, 9), (32, 18))),
@@ -35,6 +36,7 @@ def test_a_run_gives_flat_rows_of_every_case_and_technique():
     assert not machine["skipped"]
 
 
+@pytest.mark.slow
 def test_a_preset_is_measured_as_it_ships_by_a_camera_that_stands_and_by_one_that_moves():
     result = run(wanted("presets", techniques=("visibility-buffer",)))
     still, moving = result.rows
@@ -52,6 +54,7 @@ def test_what_is_not_there_or_takes_long_is_said():
     assert slow.machine["skipped"][0]["reason"] == "takes long: --scale full"
 
 
+@pytest.mark.slow
 def test_a_technique_that_cannot_draw_a_case_is_skipped_with_its_reason():
     result = run(wanted("field-scale", techniques=("bezier-blades", STRIPS, "visibility-buffer")))
     assert {row["technique"] for row in result.rows} == {"visibility-buffer"}
@@ -80,6 +83,7 @@ def test_a_device_lost_midway_leaves_the_rows_so_far(error, monkeypatch):
     assert result.machine["incomplete"] == f"{told} after 2 of 5 measurements, in blade-count, {STRIPS}, 1M"
 
 
+@pytest.mark.slow
 def test_pictures_are_compared_with_a_clean_one():
     pytest.importorskip("flip_evaluator")
     result = run(wanted("habel2007-half-screen", quality=True, techniques=("visibility-buffer",)))
@@ -98,6 +102,7 @@ def test_flip_tells_equal_from_unlike():
     assert flip_distance()(grey, 255 - 0 * grey) > 0.1
 
 
+@pytest.mark.slow
 def test_without_flip_pictures_are_kept_and_the_cure_told(monkeypatch):
     def missing():
         raise GreenswardError(f"FLIP distances need flip-evaluator: {quality.INSTALL}")
@@ -116,6 +121,7 @@ def looking(height_m, up_m):
     return CameraPath.recorded([(float(i), camera) for i, camera in enumerate(seen)])
 
 
+@pytest.mark.slow
 def test_the_camera_follows_a_path_and_the_rows_tell_which():
     def rows(path):
         result = run(wanted("habel2007-half-screen", techniques=("visibility-buffer", STRIPS), path=path))

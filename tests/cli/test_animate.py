@@ -295,7 +295,7 @@ def test_frames_of_another_driver_version_or_map_are_refused(greensward, tmp_pat
     monkeypatch.setattr("greensward.__version__", "9.9")
     assert "not 9.9" in greensward("-o", "f/", "--seconds", "0.1")[2]
     (tmp_path / "f/.greensward-frame_%04d.json").unlink()
-    assert "nothing tells what made them" in greensward("-o", "f/", "--seconds", "0.1")[2]
+    assert "holds frames of unknown origin" in greensward("-o", "f/", "--seconds", "0.1")[2]
 
 
 @pytest.mark.usefixtures("greensward")
@@ -412,8 +412,8 @@ def test_a_checkpoint_that_does_not_fit_is_refused(greensward, tmp_path):
     before = ("-o", "g/", "--from", "a.npz")
     for args, told in (
         (["--fps", "25"], "--fps: must be that of a.npz, which is 30 (got 25)\n"),
-        (["--time", "0"], "--time: cannot be given with --from, which goes on where the checkpoint ends\n"),
-        (["--seed", "5"], "a.npz: was saved from another scene; go on with the same one, and the same options\n"),
+        (["--time", "0"], "--time: cannot be given with --from, which continues where the checkpoint ends\n"),
+        (["--seed", "5"], "a.npz: was saved from another scene; continue with the same one, and the same options\n"),
     ):
         assert greensward(*before, *args) == (2, "", told)
     with np.load(tmp_path / "a.npz") as known:
@@ -484,6 +484,7 @@ main(sys.argv[1:])
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="sends signals")
 @pytest.mark.parametrize("output", ["clip.mp4", "clip.webm", "clip.gif", "f/"])
 def test_ctrl_c_in_a_terminal(tmp_path, output):
@@ -523,6 +524,7 @@ def test_a_terminal_shows_progress_and_a_pipe_does_not(greensward, monkeypatch):
     assert "Drawing" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edges", [(), ("--samples", "1")], ids=["over time", "samples"])
 def test_grass_with_a_memory_goes_on_bit_for_bit(tmp_path, monkeypatch, capsys, edges):
     monkeypatch.chdir(tmp_path)

@@ -8,9 +8,9 @@ import typer
 
 from greensward import __version__
 from greensward.cli.info import info
-from greensward.gpu import context
-
-INSTALL = "sudo apt install libegl1 libgl1 libgl1-mesa-dri"
+from greensward.gpu import adapters
+from greensward.gpu.adapters import INSTALL
+from greensward.gpu.device import Device
 
 
 def _run(as_json: bool, capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
@@ -42,12 +42,13 @@ def test_json_tells_the_driver_and_what_works(capsys: pytest.CaptureFixture[str]
     assert works["tessellation"]
     assert works["compute shaders"]
     assert not works["64-bit atomics"]
-    assert all(feature["works"] or feature["cure"] for feature in told["features"])
+    assert works["program binaries kept between processes"] == Device.shared("cpu").programs.keeps_binaries
+    assert all(feature["works"] or feature["fix"] for feature in told["features"])
     assert told["limits"]["texture size"] >= 16384
     assert all(value > 0 for value in told["limits"].values())
 
 
-def test_text_names_the_driver_and_every_cure(capsys: pytest.CaptureFixture[str]) -> None:
+def test_text_names_the_driver_and_every_fix(capsys: pytest.CaptureFixture[str]) -> None:
     code, text = _run(False, capsys)
     assert code == 0
     assert text.startswith(f"greensward {__version__}, Python ")
@@ -57,10 +58,10 @@ def test_text_names_the_driver_and_every_cure(capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.parametrize("as_json", [True, False])
-def test_where_nothing_can_be_drawn_it_tells_the_cure_and_fails(
+def test_where_nothing_can_be_drawn_it_tells_the_fix_and_fails(
     as_json: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(context, "_EGL", "libEGL-that-is-missing.so.1")
+    monkeypatch.setattr(adapters, "_EGL", "libEGL-that-is-missing.so.1")
     code, text = _run(as_json, capsys)
     assert code == 1
     assert INSTALL in text

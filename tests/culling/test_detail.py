@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from greensward.gpu.view import VIEW_BLOCK
+from greensward.scene import SurfaceClass
 from greensward.sowing.species import SWARD_BLOCK
-from greensward.techniques.leaf import LEAF_BLOCK
-from greensward.truth import CLASSES
+from greensward.techniques.blades.leaf import LEAF_BLOCK
 from oracles import culling
 from shader_calls import shader_call
 from small_scenes import GRASS, small_scene
@@ -16,7 +16,7 @@ from small_scenes import GRASS, small_scene
 _SIZE = 320, 180
 _CAMERAS = {"standing": (1.7, 10.0, (5, 8, 12, 18, 26)), "looking down": (4.5, 9.0, (5, 8, 12))}
 """Height, how far away it looks at the ground, and edges of bands, metres. Further down there, blades that stand for
-all would be broader than grass is (`BROADEST` of culling/presence.glsl)."""
+all would be broader than grass is (`BROADEST` of culling/level_of_detail.glsl)."""
 _FULL_M = 6.0
 _NOISE = (
     0.002,
@@ -65,12 +65,14 @@ def _seen(renderer, camera: str, scene) -> np.ndarray:
     for x in (-0.3, -0.1, 0.1, 0.3):
         moved = {"position_m": (x, y, z), "target_m": (x, *scene.camera.target_m[1:])}
         frame = drawn.render(camera=scene.camera.model_copy(update=moved), aovs=["class"])
-        cover = frame.truth["class"] == CLASSES["grass"]
+        cover = frame.truth["class"] == SurfaceClass.GRASS
         light = (frame.image / 255.0) ** 2.2 @ [0.2126, 0.7152, 0.0722]
         sums.append([[cover[band].mean(), light[band].mean()] for band in bands])
+    drawn.release()  # the next takes over its programs
     return np.mean(sums, axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", _CAMERAS)
 def test_cover_and_colour_are_those_of_full_detail(renderer, camera):
     ratios = []
@@ -83,6 +85,7 @@ def test_cover_and_colour_are_those_of_full_detail(renderer, camera):
     assert np.abs(np.diff(ratio[:, 0])).max() < 0.015, ratio
 
 
+@pytest.mark.slow
 def test_the_visibility_buffer_flickers_less_than_bezier_blades(renderer):
     scene, steps = _scene("standing", 1, _FULL_M), {}
     for name in ("visibility-buffer", "bezier-blades"):
@@ -97,21 +100,21 @@ def test_the_visibility_buffer_flickers_less_than_bezier_blades(renderer):
     assert (steps["visibility-buffer"] < steps["bezier-blades"]).all(), steps
 
 
-def _drawn(ctx, away: np.ndarray, rank: np.ndarray, height_m: float) -> dict[str, np.ndarray]:
+def _drawn(device, away: np.ndarray, rank: np.ndarray, height_m: float) -> dict[str, np.ndarray]:
     """Length as a part of the whole, share of the area and drawn width of a blade that far from the camera."""
     body = """
-        Blade b; Hull h;
+        Blade b; BladeBounds h;
         b.chance = packUnorm2x16(vec2(sqrt(rank), 0.0));
         b.up = packSnorm2x16(octahedralEncode(vec3(0.0, 1.0, 0.0)));
-        b.look = 144u << 24u;  // 2^8 m of blade on a square metre
+        b.flags = 144u << 24u;  // 2^8 m of blade on a square metre
         b.width = 0.005; b.facing = 0.0; b.x = away; b.y = 0.0; b.z = 0.0;
         h.v0 = vec3(away, 0.0, 0.0);
         h.v1 = h.v0 + vec3(0.0, 0.2, 0.0); h.v2 = h.v0 + vec3(0.0, 0.4, 0.0); h.middle = h.v1;
-        h.away = distance(h.v0, view.camera_ws.xyz); h.here = presence(b, h.away); h.pixel = 0.002 * h.away;
-        result = vec3(h.here, shareOfArea(b, h), widthOf(b, h));"""
+        h.away = distance(h.v0, view.camera_ws.xyz); h.fade = lodFade(b, h.away); h.pixel = 0.002 * h.away;
+        result = vec3(h.fade, coverageOf(b, h), leafWidth(b, h));"""
     values = shader_call(
-        ctx,
-        "techniques/leaf.glsl",
+        device,
+        "techniques/blades/leaf.glsl",
         body,
         {"away": away.astype(np.float32), "rank": rank.astype(np.float32)},
         "vec3",
@@ -127,26 +130,26 @@ def _drawn(ctx, away: np.ndarray, rank: np.ndarray, height_m: float) -> dict[str
             LEAF_BLOCK: {"min_width_px": 1.0, "orientation_limit": 2.0},
         },
     )
-    return dict(zip(("here", "share", "width"), values.T, strict=True))
+    return dict(zip(("fade", "share", "width"), values.T, strict=True))
 
 
 @pytest.mark.parametrize("height_m", [0.6, 1.7, 6.0, 30.0])
-def test_area_that_is_drawn_follows_the_oracle(ctx, height_m):
+def test_area_that_is_drawn_follows_the_oracle(device, height_m):
     beside = np.linspace(0.5, 90, 300)
     away = np.hypot(beside, height_m)
     there = culling.area_there(away, _FULL_M, 300.0, 1.0)
     width = np.maximum(0.005, 0.002 * away)
     layers = culling.layers(256.0, height_m / away, width)
     share = culling.share_of_area(layers, there, width, 0.002 * away, 0.4)
-    got = _drawn(ctx, beside, np.zeros(300), height_m)
+    got = _drawn(device, beside, np.zeros(300), height_m)
     assert np.abs(got["share"] / share - 1).max() < 2e-3
     assert np.abs(got["width"] / (width * share / there) - 1).max() < 3e-3
 
 
 @pytest.mark.parametrize("height_m", [1.7, 6.0])
-def test_a_small_step_of_the_camera_makes_no_blade_pop(ctx, height_m):
+def test_a_small_step_of_the_camera_makes_no_blade_pop(device, height_m):
     rank, beside = np.meshgrid(np.linspace(0.01, 0.7, 50), np.arange(1.0, 60.0, 0.02), indexing="ij")
-    drawn = _drawn(ctx, beside.ravel(), rank.ravel(), height_m)
-    for name in ("here", "width"):
+    drawn = _drawn(device, beside.ravel(), rank.ravel(), height_m)
+    for name in ("fade", "width"):
         part = drawn[name].reshape(rank.shape)
         assert (np.abs(np.diff(part, axis=1)).max(axis=1) <= 0.08 * part.max(axis=1)).all()

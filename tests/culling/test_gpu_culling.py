@@ -4,25 +4,26 @@ import moderngl
 import numpy as np
 import pytest
 
-from greensward.culling import ChunkTable, Pyramid, Sieve
-from greensward.culling.pyramid import level_sizes
-from greensward.gpu.blocks import BlockBuffer
-from greensward.gpu.program import build_compute
+from greensward.culling import DRAW_COMMAND, BladeCulling, ChunkTable, DepthPyramid
+from greensward.culling.depth_pyramid import level_sizes
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Kernel
+from greensward.gpu.layouts import BlockBuffer
 from greensward.gpu.view import VIEW_BLOCK, View, view_values
 from greensward.ground import HeightField
 from greensward.renderer import Counts
-from greensward.scene import Culling
-from greensward.sowing.pages import BLADE_BYTES, POSTURE_BYTES
+from greensward.scene import Culling, SurfaceClass
+from greensward.sowing.blade import BLADE, POSE
 from greensward.sowing.sower import Sower
 from greensward.sowing.species import SWARD_BLOCK
-from greensward.techniques.leaf import LEAF_BLOCK
+from greensward.techniques.blades.leaf import LEAF_BLOCK
 from greensward.viewpoint import camera_view
 from oracles import culling
-from shader_calls import shader_call
+from shader_calls import Neutral, shader_call, surface_at
 from small_scenes import BREEZE, GRASS, NOISE, small_scene
 
 _EXACT = ("orientation", "frustum", "occlusion")
-_AOVS = ("class", "depth", "blade-id", "normal", "motion")
+_AOVS = ("class", "depth", "blade_id", "normal", "motion")
 _BOX = {"kind": "box", "position_m": [0.0, 0.0, 0.5], "size_m": [1.6, 1.1, 0.4]}
 _RIDGE = {**NOISE, "height_m": 14.0, "wavelength_m": 18.0}
 _SCENES = {
@@ -78,7 +79,9 @@ def _culled(**flags: bool) -> dict[str, dict[str, bool]]:
 
 def _frame(renderer, tables, flags, **options):
     drawn = renderer(small_scene(**{**tables, **_culled(**flags)}), **options)
-    return drawn.render(1.0, aovs=_AOVS)
+    frame = drawn.render(1.0, aovs=_AOVS)
+    drawn.release()  # the next takes over its programs
+    return frame
 
 
 def _assert_same(a, b) -> None:
@@ -87,6 +90,7 @@ def _assert_same(a, b) -> None:
     assert np.array_equal(a.image, b.image)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [1, 4])
 @pytest.mark.parametrize("scene", _SCENES)
 def test_the_picture_is_that_of_every_blade(renderer, scene, samples):
@@ -102,6 +106,7 @@ def test_the_picture_is_that_of_every_blade(renderer, scene, samples):
         assert both.counts.pixels > 100
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("test", "scene", "most"),
     [
@@ -133,14 +138,15 @@ def test_without_tests_every_blade_is_drawn(renderer):
     sown = {int(n) for n in page.tiles.up_to[:, 7]}
     handed = {int(n) for n in page.tiles.up_to[:, :7].ravel()} - sown
     assert handed, "tiles that could be handed over in part"
-    (seen,) = drawn._world.seen(drawn._view)
-    rows = np.frombuffer(drawn._world.chunks._table.read(), np.uint32).reshape(-1, 2)
+    (seen,) = drawn._world.visible.of(drawn._view)
+    rows = np.frombuffer(drawn._world.visible.chunks.buffer.read(), np.uint32).reshape(-1, 2)
     rows = rows[seen.blades.first : seen.blades.first + seen.blades.count]
     whole = {int(start): int(n) for start, n in zip(page.tiles.start, page.tiles.up_to[:, 7], strict=True)}
     handed_over = rows[:, 1].sum()
     assert handed_over == sum(n for start, n in whole.items() if start in set(rows[:, 0].tolist()))
 
 
+@pytest.mark.slow
 def test_turned_blades_are_never_left_out_edge_on(renderer):
     on, off = (_frame(renderer, _SCENES["flat"], {"orientation": flag}).counts for flag in (True, False))
     assert on == off
@@ -158,13 +164,13 @@ def test_blades_dropped_edge_on_thin_the_picture(renderer):
 def test_counts_are_those_of_the_first_sample(renderer, samples):
     drawn = renderer(small_scene(**_SCENES["heads in a storm"]), samples=samples)
     assert drawn.counts == Counts()
-    frame = drawn.render(1.0, aovs=("class", "blade-id"))
-    shows = (frame.truth["class"] == 2) & (frame.truth["blade_id"] > 0)
+    frame = drawn.render(1.0, aovs=("class", "blade_id"))
+    shows = (frame.truth["class"] == SurfaceClass.GRASS) & (frame.truth["blade_id"] > 0)
     assert frame.counts == drawn.counts
     assert frame.counts.pixels == shows.sum() > 100
     assert frame.counts.considered == drawn.blades_in_view
     assert frame.counts.simulated == 0
-    ids = np.unique(frame.truth["blade_id"][frame.truth["class"] == 2])
+    ids = np.unique(frame.truth["blade_id"][frame.truth["class"] == SurfaceClass.GRASS])
     assert len(ids) <= frame.counts.drawn < frame.counts.considered
 
 
@@ -192,7 +198,9 @@ def test_several_pages_are_drawn_like_one(renderer, monkeypatch):
     tables = {**_SCENES["hills"], "wind": [BREEZE]}
     one = renderer(small_scene(**tables)).render(1.0, aovs=_AOVS)
     usual = Sower.__init__
-    monkeypatch.setattr(Sower, "__init__", lambda self, ctx, path, _: usual(self, ctx, path, 700))
+    monkeypatch.setattr(
+        Sower, "__init__", lambda self, device, path, _, bindings: usual(self, device, path, 700, bindings)
+    )
     drawn = renderer(small_scene(**tables))
     several = drawn.render(1.0, aovs=_AOVS)
     assert len(drawn._world.field.pages) > 5
@@ -200,18 +208,24 @@ def test_several_pages_are_drawn_like_one(renderer, monkeypatch):
     _assert_same(several, one)
 
 
+def _pyramid(device: Device, depth: np.ndarray) -> tuple[moderngl.Texture, DepthPyramid]:
+    """A G-buffer's surface with these depths, rows from the bottom, and a pyramid of it."""
+    bindings = Neutral(gbuffer_surface=surface_at(device, depth))
+    made = DepthPyramid(device, bindings)
+    bindings.kernel = made._kernel
+    return bindings["gbuffer_surface"], made
+
+
 @pytest.mark.parametrize("size", [(1, 1), (2, 3), (7, 5), (160, 90), (161, 93), (257, 3), (64, 64)])
-def test_pyramid(ctx, size):
+def test_pyramid(device, size):
     random = np.random.default_rng(size[0])
     depth = random.uniform(0.1, 900.0, size[::-1]).astype(np.float32)
     depth[random.uniform(size=depth.shape) < 0.01] = np.inf
-    texture = ctx.texture(size, 1, depth.tobytes(), dtype="f4", alignment=4)
-    made = Pyramid(ctx)
+    texture, made = _pyramid(device, depth)
     for _ in range(2):  # the buffer is used again
-        texture.use(14)
         made.build(texture.size)
     sizes = level_sizes(size)
-    flat = np.frombuffer(made.farthest.read(), np.float32)
+    flat = np.frombuffer(made.buffer.read(), np.float32)
     expected = culling.pyramid(depth, len(sizes))
     assert sizes[-1] == (1, 1)
     for (columns, rows), level in zip(sizes, expected, strict=True):
@@ -229,22 +243,25 @@ def _blades(count: int, seed: int) -> tuple[np.ndarray, ...]:
     return tuple(v.astype(np.float32) for v in (v0, v1, v2))
 
 
-def _call(ctx, view, body: str, output: str, blades, pixels: np.ndarray | None = None) -> np.ndarray:
-    """A function of culling/tests.glsl for every blade, with a picture's depth."""
+def _call(device, view, body: str, output: str, blades, pixels: np.ndarray | None = None) -> np.ndarray:
+    """A function of culling/occlusion.glsl for every blade, with a picture's depth."""
     relative = [(points - view.origin_ws).astype(np.float32) for points in blades]
-    inputs = dict(zip(("v0", "v1", "v2"), relative, strict=True))
-    made = None
+    made, bindings = (), {}
     if pixels is not None:
-        texture = ctx.texture(view.size_px, 1, pixels.tobytes(), dtype="f4", alignment=4)
-        made = Pyramid(ctx)
-        texture.use(14)
-        made.build(texture.size)
+        made = _pyramid(device, pixels)
+        made[1].build(view.size_px)
+        bindings = {"DepthPyramid": made[1].buffer}
     result = shader_call(
-        ctx, "culling/tests.glsl", body, inputs, output, blocks={VIEW_BLOCK: view_values(view, view)}
+        device,
+        "culling/occlusion.glsl" if "outside" not in body else "culling/tests.glsl",
+        body,
+        dict(zip(("v0", "v1", "v2"), relative, strict=True)),
+        output,
+        blocks={VIEW_BLOCK: view_values(view, view)},
+        bindings=bindings,
     )
-    if made:
-        made.release()
-        texture.release()
+    for each in made:
+        each.release()
     return result
 
 
@@ -257,23 +274,23 @@ def _view() -> View:
 
 
 @pytest.mark.parametrize(("width_m", "keeps_besides"), [(_WIDTH_M, 0.05), (3.0, 0.3)], ids=["thin", "wide"])
-def test_no_blade_with_a_point_in_view_is_outside(ctx, width_m, keeps_besides):
+def test_no_blade_with_a_point_in_view_is_outside(device, width_m, keeps_besides):
     view, blades = _view(), _blades(4000, 3)
     points = culling.clip(culling.hull_samples(*blades, width_m, 300, 1), view.clip_from_world)
     shows = (np.abs(points[..., :2]) <= points[..., 3:]).all(axis=2).any(axis=0)
-    out = _call(ctx, view, f"outside(v0, v1, v2, {width_m}) ? 1 : 0", "int", blades) == 1
+    out = _call(device, view, f"outside(v0, v1, v2, {width_m}) ? 1 : 0", "int", blades) == 1
     assert not out[shows].any()
     assert (~out & ~shows).mean() < keeps_besides
     assert shows.mean() > 0.1
 
 
-def test_the_box_holds_every_point_and_is_no_larger_than_needed(ctx):
+def test_the_box_holds_every_point_and_is_no_larger_than_needed(device):
     view, blades = _view(), _blades(4000, 4)
     body = (
         f"ivec4 box = ivec4(0); float nearest; bool far = boxOf(v0, v1, v2, {_WIDTH_M}, box, nearest);"
         " result = far ? box : ivec4(-1);"
     )
-    box = _call(ctx, view, body, "ivec4", blades)
+    box = _call(device, view, body, "ivec4", blades)
     known = box[:, 0] >= 0
     points = culling.clip(culling.hull_samples(*blades, _WIDTH_M, 200, 2), view.clip_from_world)[:, known]
     assert known.mean() > 0.5
@@ -292,11 +309,11 @@ def test_the_box_holds_every_point_and_is_no_larger_than_needed(ctx):
     assert ((px.min(axis=0) - low)[wholly] < spare_px[wholly, None] + 1.1 * np.ptp(px, axis=0)[wholly]).all()
 
 
-def test_the_level_has_a_box_in_two_by_two_texels(ctx):
+def test_the_level_has_a_box_in_two_by_two_texels(device):
     random = np.random.default_rng(6)
     low = random.integers(0, 2000, (3000, 2))
     box = np.concatenate([low, low + np.exp(random.uniform(0, 7.5, (3000, 2))).astype(int) - 1], 1).astype(np.int32)
-    level = shader_call(ctx, "culling/tests.glsl", "levelOf(box)", {"box": box}, "int")
+    level = shader_call(device, "culling/occlusion.glsl", "levelOf(box)", {"box": box}, "int")
     texels = box >> level[:, None]
     assert ((texels[:, 2:] - texels[:, :2]) <= 1).all()
     extent = (box[:, 2:] - box[:, :2]).max(axis=1)
@@ -304,7 +321,7 @@ def test_the_level_has_a_box_in_two_by_two_texels(ctx):
     assert ((2 ** (level - 1) < extent) | (level == 1)).all(), "no coarser than needed"
 
 
-def test_no_blade_with_a_point_before_the_depth_is_hidden(ctx):
+def test_no_blade_with_a_point_before_the_depth_is_hidden(device):
     view, blades = _view(), _blades(4000, 5)
     random = np.random.default_rng(7)
     columns, rows = view.size_px
@@ -313,7 +330,7 @@ def test_no_blade_with_a_point_before_the_depth_is_hidden(ctx):
     depth[:, 100:] = 1.5
     depth[random.uniform(size=depth.shape) < 0.002] = np.inf
     depth = depth.astype(np.float32)
-    behind = _call(ctx, view, f"hidden(v0, v1, v2, {_WIDTH_M}) ? 1 : 0", "int", blades, pixels=depth) == 1
+    behind = _call(device, view, f"hidden(v0, v1, v2, {_WIDTH_M}) ? 1 : 0", "int", blades, pixels=depth) == 1
     points = culling.clip(culling.hull_samples(*blades, _WIDTH_M, 200, 3), view.clip_from_world)
     px = np.floor((0.5 + 0.5 * points[..., :2] / points[..., 3:]) * view.size_px).astype(int)
     inside = ((px >= 0) & (px < view.size_px)).all(axis=2) & (points[..., 3] > 0)
@@ -323,14 +340,14 @@ def test_no_blade_with_a_point_before_the_depth_is_hidden(ctx):
     assert behind.sum() > 200
 
 
-def test_width_goes_as_a_blade_turns_its_edge(ctx):
+def test_width_goes_as_a_blade_turns_its_edge(device):
     random = np.random.default_rng(8)
     viewer, side = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in random.normal(size=(2, 5000, 3)))
     for limit in (0.9, 1.0, 0.4):
         got = shader_call(
-            ctx,
-            "techniques/leaf.glsl",
-            f"shareOfWidth(abs(dot(a, b)), {limit})",
+            device,
+            "techniques/blades/leaf.glsl",
+            f"edgeOnFade(abs(dot(a, b)), {limit})",
             {"a": viewer.astype(np.float32), "b": side.astype(np.float32)},
             "float",
         )
@@ -342,69 +359,70 @@ def test_width_goes_as_a_blade_turns_its_edge(ctx):
 class _Bits:
     """What stands in for a page: blades of a width, or of none where they are to be left out."""
 
-    def __init__(self, ctx: moderngl.Context, keep: np.ndarray) -> None:
-        blades = np.zeros((max(len(keep), 1), BLADE_BYTES // 4), np.float32)
-        blades[: len(keep), 11] = keep
-        self.blades = ctx.buffer(blades.tobytes())
-        self.postures = ctx.buffer(bytes(len(blades) * POSTURE_BYTES))
-
-    def bind(self) -> None:
-        self.blades.bind_to_storage_buffer(0)
-        self.postures.bind_to_storage_buffer(1)
+    def __init__(self, device: Device, keep: np.ndarray) -> None:
+        blades = np.zeros(max(len(keep), 1), BLADE.dtype)
+        blades["width"][: len(keep)] = keep
+        self.bindings = {
+            "Blades": device.ctx.buffer(blades.tobytes()),
+            "Poses": device.ctx.buffer(bytes(len(blades) * POSE.dtype.itemsize)),
+        }
 
     def release(self) -> None:
-        self.blades.release()
-        self.postures.release()
+        for buffer in self.bindings.values():
+            buffer.release()
 
 
 _WRITER = """
-#include "culling/places.glsl"
+#include "culling/compaction.glsl"
 layout(local_size_x = 32) in;
-layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
-layout(std430, binding = 5) buffer Records { uint records[]; };
-uniform int firstChunk;
+layout(std430) buffer Records { uint records[]; };
 void main() {
-    uint chunk = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, lane = gl_LocalInvocationID.x;
-    if (chunk >= uint(chunkCount) || !isKept(chunk, lane)) return;
-    uint place = placeOf(chunk, lane);
-    records[2u * place] = chunks[uint(firstChunk) + chunk].x + lane;
+    uint index, chunk = workgroupIndex(), lane = gl_LocalInvocationID.x;
+    if (!takeItem(index) || !survives(chunk, lane)) return;
+    uint place = compactedIndex(chunk, lane);
+    records[2u * place] = index;
     atomicAdd(records[2u * place + 1u], 1u);
 }
 """
 
 
 @pytest.fixture
-def sieve(ctx):
-    """One that keeps the blades that have a width."""
+def blade_culling(device):
+    """One that leaves the blades that have a width."""
     only = Culling(orientation=True, frustum=False, distance=False, occlusion=False)
-    made = Sieve(ctx, only, "techniques/leaf.glsl", hiding=False)
-    blocks = {
+    bindings = Neutral()
+    made = BladeCulling(device, bindings, only, "techniques/blades/width.glsl", occlusion=False)
+    bindings.kernel = made._cull["picture"]
+    for block, values in {
         VIEW_BLOCK: {"density": 1.0},
         SWARD_BLOCK: {"reach_m": 10.0, "blades_m": 10.0},
         LEAF_BLOCK: {"orientation_limit": 2.0},
-    }
-    bound = [BlockBuffer(ctx, block) for block in blocks]
-    for buffer, values in zip(bound, blocks.values(), strict=True):
-        buffer.set(**values)
-        buffer.bind()
+    }.items():
+        bindings[block.name] = BlockBuffer(device.ctx, block)
+        bindings[block.name].set(**values)
     yield made
-    for each in (made, *bound):
+    for each in (made, *bindings.values()):
         each.release()
 
 
-def _sifted(ctx, sieve, table, page, span, view, command: int) -> tuple[list[int], list[int]]:
+def _survivors(device, blade_culling, table, page, chunks, view, command: int) -> tuple[list[int], list[int]]:
     """Blades in the order of their places, and how often each place was written; with some room behind."""
-    sieve.sift(page, span, table, view, command)
-    writer = build_compute(ctx, "writer", {}, {"writer": _WRITER})
-    records = ctx.buffer(bytes((span.items + 40) * 8))
-    records.bind_to_storage_buffer(5)
-    writer["firstChunk"], writer["chunkCount"] = span.first, span.count
-    writer.run(*span.groups)
-    ctx.memory_barrier()
+    blade_culling.cull(page, chunks, table, view, command)
+    writer = Kernel(device, "writer.comp", generated={"writer.comp": _WRITER})
+    records = device.ctx.buffer(bytes((chunks.items + 40) * 8))
+    writer.run(
+        chunks.groups,
+        **blade_culling.compacted,
+        Chunks=table.buffer,
+        Records=records,
+        first_chunk=chunks.first,
+        chunk_count=chunks.count,
+    )
+    device.ctx.memory_barrier()
     rows = np.frombuffer(records.read(), np.uint32).reshape(-1, 2)
     writer.release()
     records.release()
-    count = int(sieve.kept()[command])
+    count = int(blade_culling.survivors()[command])
     assert (rows[count:] == 0).all(), "nothing behind the last"
     return rows[:count, 0].tolist(), rows[:count, 1].tolist()
 
@@ -424,7 +442,7 @@ _LENGTHS = {
 
 @pytest.mark.parametrize("share", [0.0, 0.03, 0.5, 1.0])
 @pytest.mark.parametrize("lengths", _LENGTHS)
-def test_survivors_keep_their_order_and_lie_without_gaps(ctx, sieve, lengths, share):
+def test_survivors_keep_their_order_and_lie_without_gaps(device, blade_culling, lengths, share):
     view = _view()
     length = np.array(_LENGTHS[lengths], np.int64)
     random = np.random.default_rng(len(length))
@@ -432,21 +450,22 @@ def test_survivors_keep_their_order_and_lie_without_gaps(ctx, sieve, lengths, sh
     order = random.permutation(len(length))
     start = (np.cumsum(length) - length)[order]
     keeps = [random.uniform(size=int(length.sum())) < share for _ in range(3)]
-    table = ChunkTable(ctx)
+    table = ChunkTable(device)
     spans = [table.add(start, length[order]) for _ in keeps]
     table.cut()
-    pages = [_Bits(ctx, keep) for keep in keeps]
-    sieve.make_room(len(pages), spans[0].count)
+    pages = [_Bits(device, keep) for keep in keeps]
+    blade_culling.make_room(len(pages), spans[0].count)
     each = np.concatenate([np.arange(s, s + n) for s, n in zip(start, length[order], strict=True)])
     for command, (page, span, keep) in enumerate(zip(pages, spans, keeps, strict=True)):
-        found, written = _sifted(ctx, sieve, table, page, span, view, command)
+        found, written = _survivors(device, blade_culling, table, page, span, view, command)
         assert found == each[keep[each]].tolist()
         assert all(n == 1 for n in written)
-    words = np.frombuffer(sieve._commands.read(), np.uint32).reshape(-1, 5)[: len(pages)]
+    commands = np.frombuffer(blade_culling.commands.read(), DRAW_COMMAND.dtype)[: len(pages)]
     counts = np.array([keep.sum() for keep in keeps])
-    assert (words[:, 4] == counts).all()
-    assert (words[:, 0] == 32).all()
-    assert (words[:, 1] == -(-counts // 32)).all()
-    assert (words[:, 2:4] == 0).all()
+    assert (commands["survivors"] == counts).all()
+    assert (commands["vertices"] == 32).all()
+    assert (commands["instances"] == -(-counts // 32)).all()
+    assert not commands["first_vertex"].any()
+    assert not commands["first_instance"].any()
     for part in (table, *pages):
         part.release()

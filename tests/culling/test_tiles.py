@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from greensward.culling import ChunkTable, distance_to, shares_needed, visible
+from greensward.culling import ChunkTable, coverage_needed, distance_to, in_view
 from greensward.culling import tiles as tiles_module
+from greensward.scene import SurfaceClass
 from greensward.sowing.field import Tiles
 from greensward.viewpoint import camera_view
 from small_scenes import BREEZE, GRASS, NOISE, small_scene
@@ -36,7 +37,7 @@ def test_a_box_with_a_visible_point_is_visible(renderer, camera):
     inside = random.uniform(0, 1, (100, 1, 3)) * (boxes.high - boxes.low) + boxes.low
     clip = inside @ view.clip_from_world[:, :3].T + view.clip_from_world[:, 3]
     shows = (np.abs(clip[..., :3]) <= clip[..., 3:]).all(axis=2).any(axis=0)
-    seen = visible(boxes, [view])[0]
+    seen = in_view(boxes, [view])[0]
     assert shows.sum() > 10
     assert seen[shows].all()
     assert (~seen).sum() > 500, "culls nothing"
@@ -48,7 +49,7 @@ def test_distance_to_a_box():
         assert distance_to(boxes, np.array(point)) == pytest.approx(expected)
 
 
-def test_share_needed_falls_with_distance_and_is_none_where_unseen(renderer):
+def test_coverage_needed_falls_with_distance_and_is_none_where_unseen(renderer):
     scene = small_scene()
     view = camera_view(scene.camera, renderer(scene)._world.ground.heights, (160, 90))
     z = np.array([3.0, 0.0, -6.0, -7.0, -20.0, 30.0])
@@ -56,13 +57,14 @@ def test_share_needed_falls_with_distance_and_is_none_where_unseen(renderer):
     halved = camera_view(scene.camera, renderer(scene)._world.ground.heights, (160, 90))
     object.__setattr__(halved, "density", 0.5)
     away = distance_to(boxes, view.camera_ws)
-    share, half = shares_needed(boxes, [view, halved], away, full_density_m=5.0, reach_m=15.0)
+    share, half = coverage_needed(boxes, [view, halved], away, full_density_m=5.0, reach_m=15.0)
     assert share[1] == 1.0
     assert 0.2 < share[3] < share[2] < 1.0
     assert (share[4:] == 0).all()
     assert np.allclose(half, 0.5 * share)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ground", ["flat", "hills"])
 @pytest.mark.parametrize("camera", _CAMERAS)
 def test_the_picture_is_that_of_all_blades(renderer, monkeypatch, camera, ground):
@@ -75,14 +77,14 @@ def test_the_picture_is_that_of_all_blades(renderer, monkeypatch, camera, ground
         wind=[{**BREEZE, "speed_mps": 25.0}],
         sowing={"clumping": 1.0, "clump_m": 1.5, "drift": 1.0},
     )
-    aovs = ("class", "depth", "blade-id")
+    aovs = ("class", "depth", "blade_id")
     culled = renderer(scene).render(1.0, aovs=aovs)
-    monkeypatch.setattr(tiles_module, "visible", lambda tiles, views: np.ones((len(views), len(tiles.low)), bool))
+    monkeypatch.setattr(tiles_module, "in_view", lambda tiles, views: np.ones((len(views), len(tiles.low)), bool))
     monkeypatch.setattr(
-        "greensward.world.shares_needed", lambda tiles, views, *_: np.ones((len(views), len(tiles.low)))
+        "greensward.culling.visible.coverage_needed", lambda tiles, views, *_: np.ones((len(views), len(tiles.low)))
     )
     every = renderer(scene).render(1.0, aovs=aovs)
-    assert (culled.truth["class"] == 2).sum() > 100
+    assert (culled.truth["class"] == SurfaceClass.GRASS).sum() > 100
     for name in ("class", "depth", "blade_id"):
         assert np.array_equal(culled.truth[name], every.truth[name]), name
     assert np.array_equal(culled.image, every.image)
@@ -97,7 +99,7 @@ def test_a_wider_picture_shows_the_same_in_its_middle(renderer, camera):
         sowing={"density_per_m2": 25.0},
     )
     narrow, wide = (
-        renderer(scene, size=(width, 180)).render(aovs=("blade-id",)).truth["blade_id"] for width in (120, 320)
+        renderer(scene, size=(width, 180)).render(aovs=("blade_id",)).truth["blade_id"] for width in (120, 320)
     )
     assert (narrow > 0).sum() > 5000
     assert (narrow != wide[:, 100:220]).mean() < 0.0002
@@ -106,7 +108,7 @@ def test_a_wider_picture_shows_the_same_in_its_middle(renderer, camera):
 def _rows(table: ChunkTable) -> np.ndarray:
     if not table.count:
         return np.zeros((0, 2), np.uint32)
-    return np.frombuffer(table._table.read(table.count * 8), np.uint32).reshape(-1, 2)
+    return np.frombuffer(table.buffer.read(table.count * 8), np.uint32).reshape(-1, 2)
 
 
 def _items(rows: np.ndarray) -> list[int]:
@@ -125,8 +127,8 @@ _RUNS = [
 
 @pytest.mark.parametrize("size", [1, 7, 32])
 @pytest.mark.parametrize(("start", "length"), _RUNS)
-def test_chunks_cover_the_runs_exactly(ctx, size, start, length):
-    table = ChunkTable(ctx)
+def test_chunks_cover_the_runs_exactly(device, size, start, length):
+    table = ChunkTable(device)
     span = table.add(np.array(start, np.int64), np.array(length, np.int64), size)
     table.cut()
     rows = _rows(table)
@@ -136,8 +138,8 @@ def test_chunks_cover_the_runs_exactly(ctx, size, start, length):
     table.release()
 
 
-def test_each_span_finds_its_own_chunks(ctx):
-    table = ChunkTable(ctx)
+def test_each_span_finds_its_own_chunks(device):
+    table = ChunkTable(device)
     for _ in range(2):  # and again after it was cleared
         spans = [table.add(*(np.array(part, np.int64) for part in runs), size) for runs in _RUNS for size in (32, 1)]
         table.cut()
@@ -152,11 +154,11 @@ def test_each_span_finds_its_own_chunks(ctx):
     table.release()
 
 
-def test_chunks_of_many_runs(ctx):
+def test_chunks_of_many_runs(device):
     random = np.random.default_rng(4)
     length = random.integers(0, 200, 3000)
     start = np.cumsum(length) - length
-    table = ChunkTable(ctx)
+    table = ChunkTable(device)
     table.add(start, length)
     table.cut()
     assert _items(_rows(table)) == list(range(int(length.sum())))

@@ -1,34 +1,36 @@
 """Reversed depth tells far surfaces apart; without clip control the usual depth draws the same picture."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from greensward.gpu import depth
 from greensward.gpu.depth import ReversedDepth
 from greensward.gpu.view import perspective
+from greensward.scene import SurfaceClass
 from small_scenes import NOISE, small_scene
 
 
 def _frame(renderer):
-    return renderer(small_scene(ground=NOISE)).render(1.0, aovs=("depth", "class", "blade-id"))
+    return renderer(small_scene(ground=NOISE)).render(1.0, aovs=("depth", "class", "blade_id"))
 
 
-def test_without_clip_control_the_picture_is_the_same(ctx, renderer, monkeypatch):
+def test_without_clip_control_the_picture_is_the_same(device, renderer, monkeypatch):
     reversed_ = _frame(renderer)
-    monkeypatch.setattr(depth, "has_clip_control", lambda _: False)
-    assert not ReversedDepth(ctx).available
+    monkeypatch.setattr(device, "features", replace(device.features, clip_control=False))
+    assert not ReversedDepth(device).available
     usual = _frame(renderer)
-    assert (reversed_.truth["class"] == 2).mean() > 0.05
+    assert (reversed_.truth["class"] == SurfaceClass.GRASS).mean() > 0.05
     assert (reversed_.truth["blade_id"] != usual.truth["blade_id"]).mean() < 0.005
     far = np.abs(reversed_.image.astype(int) - usual.image.astype(int)).max(axis=-1) > 5
     assert far.mean() < 0.005
 
 
 @pytest.mark.parametrize("near", [0.05, 0.1, 1.0])
-def test_depth_falls_from_one_to_nothing(ctx, near):
+def test_depth_falls_from_one_to_nothing(device, near):
     """The matrix alone: near plane at 1, far plane at 0, and steps that single precision still tells at 4 km."""
-    clip = ReversedDepth(ctx).matrix(perspective(50.0, 1.5, near, 5000.0))
-    assert ReversedDepth(ctx).available
+    clip = ReversedDepth(device).matrix(perspective(50.0, 1.5, near, 5000.0))
+    assert ReversedDepth(device).available
 
     def at(metres):
         _, _, z, w = clip @ [0.0, 0.0, -metres, 1.0]

@@ -7,8 +7,8 @@ from typing import Any
 import moderngl
 import pytest
 
-from greensward.gpu.context import gl_function, open_context
-from greensward.gpu.state import kept_state, snapshot
+from greensward.gpu.adapters import open_context
+from greensward.gpu.device import Device
 
 _SHADERS: dict[str, Any] = {
     "vertex_shader": """
@@ -63,7 +63,7 @@ class Caller:
 
     def gl(self, name: str, *arguments: float) -> None:
         kinds = [ctypes.c_float if isinstance(each, float) else ctypes.c_uint for each in arguments]
-        gl_function(self.ctx, name, None, *kinds)(*arguments)
+        Device.of(self.ctx).function(name, None, *kinds)(*arguments)
 
     def scramble(self, odd: int) -> None:
         """Set everything, to different things for an odd and an even number."""
@@ -149,7 +149,7 @@ class Caller:
 
 @pytest.fixture
 def callers(ctx: moderngl.Context) -> Iterator[tuple[Caller, Caller]]:
-    with kept_state(ctx):
+    with Device.of(ctx).state.preserved():
         both = Caller(ctx), Caller(ctx)
         yield both
         for each in both:
@@ -160,11 +160,11 @@ def callers(ctx: moderngl.Context) -> Iterator[tuple[Caller, Caller]]:
 def test_everything_is_restored(ctx: moderngl.Context, callers: tuple[Caller, Caller], odd: int) -> None:
     caller, we = callers
     caller.scramble(odd)
-    before = snapshot(ctx)
-    with kept_state(ctx):
+    before = Device.of(ctx).state.snapshot()
+    with Device.of(ctx).state.preserved():
         we.scramble(1 - odd)
-        during = snapshot(ctx)
-    after = snapshot(ctx)
+        during = Device.of(ctx).state.snapshot()
+    after = Device.of(ctx).state.snapshot()
     assert {name: after[name] for name in after if after[name] != before[name]} == {}
     # the test is worth something only if all of it was disturbed; wide lines are not offered everywhere
     assert {name for name in before if before[name] == during[name]} <= {
@@ -190,15 +190,15 @@ def test_switches_are_restored_from_both_sides(
     ctx: moderngl.Context, callers: tuple[Caller, Caller], change: Any, name: str
 ) -> None:
     gl = callers[0].gl
-    before = snapshot(ctx)
-    with kept_state(ctx):
+    before = Device.of(ctx).state.snapshot()
+    with Device.of(ctx).state.preserved():
         change(gl)
-        during = snapshot(ctx)
-        with kept_state(ctx):  # which switches it off for us
-            assert snapshot(ctx)[name] is before[name]
-        assert snapshot(ctx) == during
+        during = Device.of(ctx).state.snapshot()
+        with Device.of(ctx).state.preserved():  # which switches it off for us
+            assert Device.of(ctx).state.snapshot()[name] is before[name]
+        assert Device.of(ctx).state.snapshot() == during
     assert before[name] != during[name]
-    assert snapshot(ctx) == before
+    assert Device.of(ctx).state.snapshot() == before
 
 
 def test_drawing_starts_from_the_same_state_whatever_the_caller_did(
@@ -214,8 +214,8 @@ def test_drawing_starts_from_the_same_state_whatever_the_caller_did(
     starts = []
     for odd in (0, 1):
         callers[0].scramble(odd)
-        with kept_state(ctx):
-            state = snapshot(ctx)
+        with Device.of(ctx).state.preserved():
+            state = Device.of(ctx).state.snapshot()
         starts.append({name: value for name, value in state.items() if name not in kept_by_whoever_draws})
     assert starts[0] == starts[1]
     assert starts[0]["depth_test"] is False
@@ -224,15 +224,15 @@ def test_drawing_starts_from_the_same_state_whatever_the_caller_did(
 
 def test_state_is_restored_after_an_error(ctx: moderngl.Context, callers: tuple[Caller, Caller]) -> None:
     callers[0].scramble(1)
-    before = snapshot(ctx)
+    before = Device.of(ctx).state.snapshot()
 
     def fail() -> None:
         callers[1].scramble(0)
         raise ZeroDivisionError
 
-    with pytest.raises(ZeroDivisionError), kept_state(ctx):
+    with pytest.raises(ZeroDivisionError), Device.of(ctx).state.preserved():
         fail()
-    assert snapshot(ctx) == before
+    assert Device.of(ctx).state.snapshot() == before
 
 
 def test_moderngl_draws_on_as_if_nothing_had_been(ctx: moderngl.Context, callers: tuple[Caller, Caller]) -> None:
@@ -242,7 +242,7 @@ def test_moderngl_draws_on_as_if_nothing_had_been(ctx: moderngl.Context, callers
     target.viewport = (0, 0, 8, 16)  # the left half
     ctx.enable_only(moderngl.BLEND)
     ctx.blend_func = moderngl.ONE, moderngl.ONE
-    with kept_state(ctx):
+    with Device.of(ctx).state.preserved():
         we.scramble(0)
     assert ctx.fbo is target
     assert ctx.viewport == (0, 0, 8, 16)
@@ -254,7 +254,7 @@ def test_moderngl_draws_on_as_if_nothing_had_been(ctx: moderngl.Context, callers
     assert row == b"\xff\xff\x00\xff" * 8 + bytes(4 * 8)
     with ctx.scope(we.reader, moderngl.DEPTH_TEST):
         pass
-    assert snapshot(ctx)["targets"][0][0]  # the scope brought blending back, as moderngl remembered
+    assert Device.of(ctx).state.snapshot()["targets"][0][0]  # the scope brought blending back, as moderngl remembered
 
 
 def test_framebuffers_named_keep_their_viewport_and_masks(
@@ -262,7 +262,7 @@ def test_framebuffers_named_keep_their_viewport_and_masks(
 ) -> None:
     target = callers[0].framebuffer
     callers[1].reader.use()
-    with kept_state(ctx, target):
+    with Device.of(ctx).state.preserved((target,)):
         target.use()
         target.viewport = (1, 1, 2, 2)
         target.depth_mask = False
@@ -278,13 +278,13 @@ def test_the_bound_framebuffer_may_be_changed_itself(ctx: moderngl.Context, call
     for scissor in (None, (1, 2, 3, 4)):
         target.use()
         target.scissor = scissor
-        before = snapshot(ctx)
-        with kept_state(ctx):
+        before = Device.of(ctx).state.snapshot()
+        with Device.of(ctx).state.preserved():
             ctx.scissor = (5, 5, 5, 5) if scissor is None else None
             ctx.viewport = (1, 1, 2, 2)
-        assert snapshot(ctx) == before
+        assert Device.of(ctx).state.snapshot() == before
         target.use()  # sets what moderngl remembers
-        assert snapshot(ctx) == before
+        assert Device.of(ctx).state.snapshot() == before
 
 
 def test_a_framebuffer_bound_behind_moderngls_back_stays_bound(
@@ -293,22 +293,22 @@ def test_a_framebuffer_bound_behind_moderngls_back_stays_bound(
     callers[0].reader.use()
     callers[0].gl("glBindFramebuffer", 0x8D40, callers[0].framebuffer.glo)
     callers[0].gl("glViewport", 3, 3, 4, 4)
-    before = snapshot(ctx)
-    with kept_state(ctx):
+    before = Device.of(ctx).state.snapshot()
+    with Device.of(ctx).state.preserved():
         callers[1].scramble(1)
-    assert snapshot(ctx) == before
+    assert Device.of(ctx).state.snapshot() == before
     assert ctx.fbo is callers[0].reader
     assert ctx.viewport == (0, 0, 16, 16)
 
 
 def test_what_was_deleted_meanwhile_is_unbound(ctx: moderngl.Context) -> None:
-    with kept_state(ctx):
+    with Device.of(ctx).state.preserved():
         caller = Caller(ctx)
         caller.scramble(1)
-        with kept_state(ctx):
+        with Device.of(ctx).state.preserved():
             caller.gl("glUseProgram", 0)
             caller.release()
-        state = snapshot(ctx)
+        state = Device.of(ctx).state.snapshot()
     assert ctx.error == "GL_NO_ERROR"
     assert state["program"] == state["vertex_array"] == state["draw_framebuffer"] == (0,)
     assert not any(map(any, state["textures"][:16]))

@@ -52,27 +52,25 @@ def test_normal_is_the_slope():
 
 
 @pytest.mark.parametrize("factor", [1.0, 5.0])
-def test_glsl_agrees(ctx, factor):
+def test_glsl_agrees(device, factor):
     scene = small_scene(ground={**NOISE, "size_m": [70.0, 40.0]})
     field = HeightField.of(scene)
-    ground = GroundGpu(ctx, scene, field)
-    ground.bind()
+    ground = GroundGpu(device, scene, field)
     p = _points(3000, field.size_m, factor).astype(np.float32)
-    height = shader_call(ctx, "ground/ground.glsl", "groundHeight(p)", {"p": p}, "float")
+    height = shader_call(device, "ground/ground.glsl", "groundHeight(p)", {"p": p}, "float", bindings=ground.bindings)
     x, z = p.astype(np.float64).T
     assert np.abs(height - field.height(x, z)).max() < 1e-4 * factor
-    normal = shader_call(ctx, "ground/ground.glsl", "groundNormal(p)", {"p": p}, "vec3")
+    normal = shader_call(device, "ground/ground.glsl", "groundNormal(p)", {"p": p}, "vec3", bindings=ground.bindings)
     assert np.abs(normal - field.normal(x, z)).max() < 1e-3 * factor
     assert np.ptp(field.height(x, z)) > 2.0
     ground.release()
 
 
-def test_maps_cover_the_ground_and_go_on_mirrored(ctx):
+def test_maps_cover_the_ground_and_go_on_mirrored(device):
     scene = small_scene(ground={"size_m": [40.0, 20.0]})
-    ground = GroundGpu(ctx, scene, HeightField.of(scene))
-    ground.bind()
+    ground = GroundGpu(device, scene, HeightField.of(scene))
     p = np.array([[-20, -10], [20, 10], [0, 0], [22, 0], [-24, 12], [60, 0]], np.float32)
-    uv = shader_call(ctx, "ground/ground.glsl", "mapUv(p)", {"p": p}, "vec2")
+    uv = shader_call(device, "ground/ground.glsl", "mapUv(p)", {"p": p}, "vec2", bindings=ground.bindings)
     assert np.allclose(uv, [[0, 0], [1, 1], [0.5, 0.5], [0.95, 0.5], [0.1, 0.9], [0, 0.5]], atol=1e-6)
     ground.release()
 
@@ -100,18 +98,18 @@ def test_noise_ground_follows_its_settings():
     assert HeightField.of(small_scene(ground={**NOISE, "size_m": [80.0, 20.0]})).heights.shape == (17, 65)
 
 
-def test_a_map_beyond_the_driver_is_refused(ctx):
+def test_a_map_beyond_the_driver_is_refused(device):
     scene = small_scene()
-    limit = ctx.info["GL_MAX_TEXTURE_SIZE"]
+    limit = device.limits.texture_px
     wide = HeightField(np.zeros((2, limit + 1), np.float32), (10.0, 10.0))
     with pytest.raises(InputError, match=rf"{limit + 1} × 2 is beyond this driver's {limit}"):
-        GroundGpu(ctx, scene, wide)
+        GroundGpu(device, scene, wide)
 
 
-def test_mean_density_is_that_of_the_map(ctx, tmp_path):
+def test_mean_density_is_that_of_the_map(device, tmp_path):
     pixels = np.zeros((4, 8, 3), np.uint8)
     pixels[:, :2, 0] = 255
     scene = with_pictures(tmp_path, {"d.png": pixels}, sowing={"density_map": "d.png"})
-    ground = GroundGpu(ctx, scene, HeightField.of(scene))
+    ground = GroundGpu(device, scene, HeightField.of(scene))
     assert ground.mean_density == pytest.approx(0.25)
     ground.release()

@@ -8,7 +8,7 @@ import zlib
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
@@ -219,7 +219,6 @@ def test_a_coloured_height_map_is_refused(tmp_path):
     assert refused(read_heights, path).startswith("must be a grey picture, but it has colours")
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_damaged_files_are_read_or_refused(tmp_path, data):
     name = data.draw(st.sampled_from(["a.png", "a.tif", "a.npy", "a.npz", "a.jpg", "a.webp"]))

@@ -315,17 +315,15 @@ def test_frames_made_otherwise_are_refused(tmp_path):
     files.write(0, picture(0))
     assert files.start(made_with) == {0}
     files.check({"fps": 30.0})
-    cure = "; choose another folder, or start over with --overwrite"
-    assert (
-        refusal(files, {**made_with, "fps": 25.0}) == f"{tmp_path}: holds frames made with fps 30.0, not 25.0{cure}"
-    )
-    assert refusal(files, {**made_with, "scene": "x"}) == f"{tmp_path}: holds frames made with another scene{cure}"
+    fix = "; choose another folder, or start over with --overwrite"
+    assert refusal(files, {**made_with, "fps": 25.0}) == f"{tmp_path}: holds frames made with fps 30.0, not 25.0{fix}"
+    assert refusal(files, {**made_with, "scene": "x"}) == f"{tmp_path}: holds frames made with another scene{fix}"
     record = tmp_path / ".greensward-%03d.json"
     for damaged in ("{", "[]", "{}", "\xff"):
         record.write_text(damaged, encoding="latin-1")
-        assert refusal(files, made_with) == f"{record}: is damaged, so nothing tells what made the frames{cure}"
+        assert refusal(files, made_with) == f"{record}: is damaged, so the frames are of unknown origin{fix}"
     record.unlink()
-    assert refusal(files, made_with) == f"{tmp_path}: holds frames, and nothing tells what made them{cure}"
+    assert refusal(files, made_with) == f"{tmp_path}: holds frames of unknown origin{fix}"
     (tmp_path / "other_000.png").touch()
     files.check(made_with, overwrite=True)
     assert files.start(made_with, overwrite=True) == set()

@@ -5,9 +5,9 @@ import pytest
 from PIL import Image
 from pydantic import TypeAdapter
 
-from blades import read_blades, read_postures, up_of
-from greensward.gpu.state import snapshot
+from blades import read_blades, read_poses, up_of
 from greensward.motion import Forces
+from greensward.motion.force_layers import layer_of
 from greensward.motion.force_map import force_pictures, force_values
 from greensward.motion.outlines import (
     as_picture,
@@ -18,8 +18,7 @@ from greensward.motion.outlines import (
     read_outline,
     signed_distance,
 )
-from greensward.motion.presses import layer_of
-from greensward.scene import Camera, InputError
+from greensward.scene import Camera, InputError, SurfaceClass
 from greensward.scene.force import MOST_TEXELS, Force
 from greensward.techniques import TECHNIQUES
 from oracles import bezier, force_map
@@ -39,15 +38,16 @@ def _layer(force, folder=None):
 
 
 @pytest.fixture
-def force_at(ctx, tmp_path):
+def force_at(device, tmp_path):
     """Forces (n, 3) at places (n, 2) and a time, as the shaders have them."""
     made = []
 
     def at(forces, places, time_s: float = 0.0):
-        made.append(Forces(ctx, small_scene(force=list(forces)).in_folder(tmp_path)))
-        made[-1].bind()
+        made.append(Forces(device, small_scene(force=list(forces)).in_folder(tmp_path)))
         p = np.array(places, np.float32).reshape(-1, 2)
-        return shader_call(ctx, "motion/force_map.glsl", f"forceAt(p, {time_s})", {"p": p}, "vec3")
+        return shader_call(
+            device, "motion/force_map.glsl", f"forceAt(p, {time_s})", {"p": p}, "vec3", bindings=made[-1].bindings
+        )
 
     yield at
     for each in made:
@@ -266,10 +266,10 @@ def test_a_map_larger_than_a_layer_is_made_smaller(tmp_path):
 
 @pytest.mark.parametrize("fades", [None, 0.5, 30.0])
 @pytest.mark.parametrize("always", [False, True])
-def test_the_law_over_time(ctx, fades, always):
+def test_the_law_over_time(device, fades, always):
     age = np.linspace(-2, 40, 2000).astype(np.float32)
-    body = f"pressLeft(age, {float(fades or 0.0)}, {str(always).lower()})"
-    got = shader_call(ctx, "motion/force_map.glsl", body, {"age": age}, "float")
+    body = f"forceLeft(age, {float(fades or 0.0)}, {str(always).lower()})"
+    got = shader_call(device, "motion/force_map.glsl", body, {"age": age}, "float")
     assert np.abs(got - force_map.press_left(age.astype(float), fades, always)).max() < 1e-5
     if fades and not always:
         assert (got[(age <= 0) | (age >= fades)] == 0).all()
@@ -307,13 +307,14 @@ def _field(**tables):
 
 def _standing(drawn, blades, when: int = 0) -> np.ndarray:
     (page,) = drawn._world.field.pages
-    return (read_postures(page)[:, when, 1] * up_of(blades)).sum(1) / blades["height"]
+    return (read_poses(page)[:, when, 1] * up_of(blades)).sum(1) / blades["height"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [None, "natural", "yan2024", "jahrmann2017"])
-@pytest.mark.parametrize("memory", [True, False], ids=["remembered", "closed form"])
-def test_pressed_blades_lie_flat(renderer, form, memory):
-    within = {"within_m": 30.0 if memory else 0.01, "settle_s": 1.5}
+@pytest.mark.parametrize("simulated", [True, False], ids=["simulated", "analytic"])
+def test_pressed_blades_lie_flat(renderer, form, simulated):
+    within = {"within_m": 30.0 if simulated else 0.01, "settle_s": 1.5}
     # in the papers' forms weight alone lays these blades down
     simulation = form and {"form": form, "gravity_mps2": 0.5, **within}
     scene = _field(wind=[BREEZE] if form in (None, "natural") else [], simulation=simulation)
@@ -327,8 +328,8 @@ def test_pressed_blades_lie_flat(renderer, form, memory):
     assert (_standing(drawn, blades)[under] < 0.15).all()
     assert _standing(free, blades)[under].mean() > 0.6
     (page,), (other,) = drawn._world.field.pages, free._world.field.pages
-    assert np.array_equal(read_postures(page)[away], read_postures(other)[away]), "nothing changes outside"
-    v1, v2 = read_postures(page)[under, 0, 0], read_postures(page)[under, 0, 1]
+    assert np.array_equal(read_poses(page)[away], read_poses(other)[away]), "nothing changes outside"
+    v1, v2 = read_poses(page)[under, 0, 0], read_poses(page)[under, 0, 1]
     ratio = bezier.true_length(np.zeros_like(v1), v1, v2) / blades["height"][under]
     assert np.abs(ratio - 1).max() < 0.01
     assert (np.hypot(v2[:, 0], v2[:, 2]) > 0.85 * blades["height"][under]).mean() > 0.95
@@ -343,7 +344,7 @@ def test_they_lie_along_the_ground_on_slopes(renderer):
     root = blades["root"].astype(float)
     under = (np.abs(root[:, 0]) < 0.9) & (np.abs(root[:, 2]) < 0.6)
     heights = drawn._world.ground.heights
-    tip = root[under] + read_postures(page)[under, 0, 1]
+    tip = root[under] + read_poses(page)[under, 0, 1]
     above = tip[:, 1] - heights.height(tip[:, 0], tip[:, 2])
     assert (above > 0).mean() > 0.98
     assert (above < 0.2 * blades["height"][under]).mean() > 0.98
@@ -364,8 +365,8 @@ def test_pressed_blades_hardly_move_in_the_wind(renderer):
     drawn.render(1.4)
     blades = read_blades(drawn._world.field)
     (page,) = drawn._world.field.pages
-    postures = read_postures(page)
-    moved = np.linalg.norm(postures[:, 0, 1] - postures[:, 1, 1], axis=1)
+    poses = read_poses(page)
+    moved = np.linalg.norm(poses[:, 0, 1] - poses[:, 1, 1], axis=1)
     x, z = blades["root"][:, 0], blades["root"][:, 2]
     under, away = (np.abs(x) < 0.9) & (np.abs(z) < 0.6), (np.abs(x) > 2.5) & (np.hypot(x, z) < 6.0)
     assert moved[under].max() < 0.1 * moved[away].mean()
@@ -377,8 +378,10 @@ def test_grass_on_objects_feels_nothing(renderer):
     with_, without = (renderer(each) for each in (scene, scene.model_copy(update={"force": ()})))
     for each in (with_, without):
         each.render(0.0)
-    pages = [next(page for page in each._world.field.pages if page.thing is not None) for each in (with_, without)]
-    assert np.array_equal(*(read_postures(page) for page in pages))
+    pages = [
+        next(page for page in each._world.field.pages if page.object_index is not None) for each in (with_, without)
+    ]
+    assert np.array_equal(*(read_poses(page) for page in pages))
 
 
 # Pictures ---------------------------------------------------------------------------------------------------
@@ -393,6 +396,7 @@ def _above(technique: str, **tables):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("technique", NAMES)
 def test_pressed_grass_is_low_in_the_picture(renderer, technique):
     truths = []
@@ -400,7 +404,7 @@ def test_pressed_grass_is_low_in_the_picture(renderer, technique):
         drawn = renderer(scene, size=(192, 108))
         frame = drawn.render(aovs=["depth", "class"])
         points = world_points(drawn, scene.camera, frame.truth["depth"])
-        truths.append((points, frame.truth["class"] == 2, frame))
+        truths.append((points, frame.truth["class"] == SurfaceClass.GRASS, frame))
     (pressed, grass, frame), (free, free_grass, bare) = truths
     inside = (np.abs(pressed[..., 0]) < 0.8) & (np.abs(pressed[..., 2]) < 0.6)
     assert (grass & inside).sum() > 200
@@ -416,6 +420,7 @@ def test_pressed_grass_is_low_in_the_picture(renderer, technique):
     assert bare.image.tobytes() != frame.image.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stored_m", [0.0, 3.0])
 def test_blades_that_are_not_stored_lie_too(renderer, stored_m):
     scenes = [
@@ -440,37 +445,35 @@ def test_motion_is_that_of_blades_being_pressed(renderer, technique):
     drive = {**FLAT, "speed_mps": 5.0, "start_s": 1.0}
     drawn = renderer(_above(technique).model_copy(update={"force": (TypeAdapter(Force).validate_python(drive),)}))
     still = drawn.render(0.9, aovs=["motion", "class"])
-    assert np.abs(still.truth["motion"][still.truth["class"] == 2]).max() < 0.05
+    assert np.abs(still.truth["motion"][still.truth["class"] == SurfaceClass.GRASS]).max() < 0.05
     drawn.render(1.15)
     frame = drawn.render(1.25, aovs=["motion", "class", "depth"])
-    assert np.abs(frame.truth["motion"][frame.truth["class"] == 2]).max() > 0.5
+    assert np.abs(frame.truth["motion"][frame.truth["class"] == SurfaceClass.GRASS]).max() > 0.5
     late = [drawn.render(t, aovs=["motion", "class"]) for t in (3.0, 3.1)][1]
-    assert np.abs(late.truth["motion"][late.truth["class"] == 2]).max() < 0.05
+    assert np.abs(late.truth["motion"][late.truth["class"] == SurfaceClass.GRASS]).max() < 0.05
 
 
-def test_previous_posture_is_that_of_the_previous_instant(renderer):
+def test_the_previous_pose_is_that_of_the_previous_instant(renderer):
     drawn = renderer(_field(force=[{**FLAT, "speed_mps": 5.0}], wind=[BREEZE]))
-    (first, second) = ([drawn.render(t), read_postures(drawn._world.field.pages[0])][1] for t in (0.2, 0.3))
+    (first, second) = ([drawn.render(t), read_poses(drawn._world.field.pages[0])][1] for t in (0.2, 0.3))
     same = np.isclose(second[:, 1], first[:, 0], atol=2e-3).reshape(len(first), -1).all(axis=1)
     assert same.mean() > 0.99, "drivers may round the two instants apart, and a blade then fall to another side"
     assert np.abs(second[:, 0] - second[:, 1]).max() > 0.1
 
 
-def test_a_caller_keeps_its_textures(ctx, renderer):
+def test_a_caller_keeps_its_textures(ctx, device, renderer):
     drawn = renderer(_above(NAMES[0]))
     texture = ctx.texture_array((1, 1, 1), 4)
     texture.use(16)
-    before = snapshot(ctx)
+    before = device.state.snapshot()
     drawn.render()
-    assert snapshot(ctx) == before
+    assert device.state.snapshot() == before
     texture.release()
 
 
-def test_a_scene_without_forces_holds_no_texture(ctx):
-    none = Forces(ctx, small_scene())
-    assert none._pictures is None
-    assert none._block is None
-    none.bind()
+def test_a_scene_without_forces_holds_no_texture(device):
+    none = Forces(device, small_scene())
+    assert none.bindings == {}
     none.release()
 
 

@@ -6,7 +6,8 @@ from PIL import Image
 from pydantic import TypeAdapter
 
 from greensward.ground import HeightField
-from greensward.motion.winds import WINDS_BLOCK, Winds, wind_values
+from greensward.motion import winds as winds_module
+from greensward.motion.winds import KINDS, ROWS, WINDS_BLOCK, Winds, absent_kinds, wind_values
 from greensward.scene.wind import Wind
 from oracles import wind_kinds
 from shader_calls import shader_call
@@ -35,10 +36,10 @@ def _points(count: int = 600) -> np.ndarray:
     return _RANDOM.uniform(-15, 15, (count, 3)).astype(np.float32)
 
 
-def _air(ctx, winds, p, time_s, part: str = "wind.xyz", seed: int = 5) -> np.ndarray:
+def _air(device, winds, p, time_s, part: str = "wind.xyz", seed: int = 5) -> np.ndarray:
     models = tuple(TypeAdapter(Wind).validate_python(w) for w in winds)
     block = {WINDS_BLOCK: wind_values(models, seed)}
-    return shader_call(ctx, "motion/wind.glsl", f"windAt(p, {time_s}).{part}", {"p": p}, "vec3", blocks=block)
+    return shader_call(device, "motion/wind.glsl", f"windAt(p, {time_s}).{part}", {"p": p}, "vec3", blocks=block)
 
 
 def _without_kind(wind: dict[str, object], *names: str) -> list[object]:
@@ -73,54 +74,83 @@ _KINDS = {wind["kind"]: wind for wind in (_STRONG, _HELICOPTER, _RANDOM_WIND, _W
 
 @pytest.mark.parametrize("time_s", [0.0, 2.7, -5.0, 100.0])
 @pytest.mark.parametrize("kind", _KINDS)
-def test_a_wind_is_its_formula(ctx, kind, time_s):
+def test_a_wind_is_its_formula(device, kind, time_s):
     p = _points()
-    got = _air(ctx, [_KINDS[kind]], p, time_s, "blast" if kind == "blast" else "wind.xyz")
+    got = _air(device, [_KINDS[kind]], p, time_s, "blast" if kind == "blast" else "wind.xyz")
     expected = _expected(kind, p.astype(np.float64), time_s)
     assert np.abs(got - expected).max() < 1e-3 * max(np.abs(expected).max(), 1.0) * (1 + 0.1 * abs(time_s))
     if not (kind == "random" and time_s == 0):
         assert np.abs(expected).max() > 0.5
 
 
-def test_ripples_are_as_published_along_the_axes(ctx):
+def test_ripples_are_as_published_along_the_axes(device):
     """With the formula's own constants c1 = 0.5, c2 = 0.25, c3 = 0.125, eps = 0.1 and t = 0.8 at 1 s."""
     wind = {"kind": "ripples", "speed_mps": 1.0, "wave_m": 4.0, "swell_m": 16.0, "front_m": 4.0, "epsilon": 0.1}
     p = _points()
     x, _, z = p.astype(np.float64).T
     a = np.pi * x + 0.8 + np.pi / 4 / (np.abs(np.cos(0.25 * np.pi * z)) + 0.1)
-    got = _air(ctx, [{**wind, "rate_hz": 0.8 * 0.5 / (2 * np.pi)}], p, 1.0)
+    got = _air(device, [{**wind, "rate_hz": 0.8 * 0.5 / (2 * np.pi)}], p, 1.0)
     assert np.abs(-got[:, 0] - np.sin(0.5 * a) * np.cos(0.125 * a)).max() < 1e-4
     assert np.abs(got[:, 1:]).max() < 1e-6
 
 
-def test_ripples_run_with_the_wind(ctx):
+def test_ripples_run_with_the_wind(device):
     wind = {**_RIPPLES, "swell_m": 10_000.0}
     p = _points()
     step = (0.5 * 0.4 * 5.0 * wind_kinds.towards(200.0)).astype(np.float32)  # of half a second
-    before, after = _air(ctx, [wind], p, 0.0), _air(ctx, [wind], p + step, 0.5)
+    before, after = _air(device, [wind], p, 0.0), _air(device, [wind], p + step, 0.5)
     assert np.abs(before - after).max() < 0.02
 
 
-def test_ripples_are_as_smooth_far_from_the_origin(ctx):
+def test_ripples_are_as_smooth_far_from_the_origin(device):
     p = np.zeros((2000, 3), np.float32)
     p[:, 0] = 10_240.0 + np.linspace(0, 20, 2000)
     p[:, 2] = -10_240.0
     expected = _expected("ripples", p.astype(np.float64), 3.0)
-    assert np.abs(_air(ctx, [_RIPPLES], p, 3.0) - expected).max() < 0.02
+    assert np.abs(_air(device, [_RIPPLES], p, 3.0) - expected).max() < 0.02
 
 
-def test_only_a_blast_pushes_whatever_the_blade_does(ctx):
+def test_only_a_blast_pushes_whatever_the_blade_does(device):
     p = _points(50)
     for kind, wind in _KINDS.items():
-        blast = np.abs(_air(ctx, [wind], p, 1.0, "blast")).max()
+        blast = np.abs(_air(device, [wind], p, 1.0, "blast")).max()
         assert (blast > 1.0) == (kind == "blast")
 
 
-def test_all_kinds_add_up(ctx):
+def test_all_kinds_add_up(device):
     p = _points()
     winds = [_STRONG, _HELICOPTER, _WAVES, _WHIRL]
     expected = sum(_expected(str(wind["kind"]), p.astype(np.float64), 1.5) for wind in winds)
-    assert np.abs(_air(ctx, winds, p, 1.5) - expected).max() < 0.05
+    assert np.abs(_air(device, winds, p, 1.5) - expected).max() < 0.05
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_struct_has_a_member_for_each_number(kind):
+    """What does not fit would be read from the next wind's rows."""
+    wind = kind(files=("a.png",)) if kind.__name__ == "Texture" else kind()
+    _, _, members = winds_module._GLSL[kind]
+    width = sum(1 if of == "float" else int(of[-1]) for _, of in members)
+    assert len(winds_module._numbers(wind, None, 0)) == width < 4 * ROWS
+
+
+@pytest.mark.parametrize("kind", _KINDS)
+def test_kinds_that_a_scene_has_not_are_left_out_and_the_others_stay(device, kind):
+    p, model = _points(50), TypeAdapter(Wind).validate_python(_KINDS[kind])
+    results = [
+        shader_call(
+            device,
+            "motion/wind.glsl",
+            "windAt(p, 1.0).wind.xyz + windAt(p, 1.0).blast",
+            {"p": p},
+            "vec3",
+            blocks={WINDS_BLOCK: wind_values((model,), 5)},
+            defines=absent_kinds(present),
+        )
+        for present in (([model]), [each() for each in KINDS if each.__name__ != "Texture"], [])
+    ]
+    assert np.array_equal(results[0], results[1])
+    assert np.abs(results[0]).max() > 0.5
+    assert not results[2].any()
 
 
 def test_centres_stand_above_the_ground():
@@ -131,7 +161,7 @@ def test_centres_stand_above_the_ground():
 
 
 @pytest.fixture
-def painted(ctx, tmp_path):
+def painted(device, tmp_path):
     """Velocities (n, 3) of a wind of two pictures, the second half the size of the first."""
     first, second = np.full((4, 8, 3), 128, np.uint8), np.full((2, 4, 3), 128, np.uint8)
     first[:, 4:, 0] = 255  # the eastern half blows east
@@ -140,11 +170,11 @@ def painted(ctx, tmp_path):
         Image.fromarray(picture).save(tmp_path / name)
     wind = {"kind": "texture", "files": ["a.png", "b.png"], "size_m": [16.0, 8.0], "speed_mps": 6.0, "rate_hz": 2.0}
     scene = small_scene(wind=[wind]).in_folder(tmp_path)
-    winds = Winds(ctx, scene, HeightField.of(scene))
+    winds = Winds(device, scene, HeightField.of(scene))
 
     def at(p: np.ndarray, time_s: float) -> np.ndarray:
-        winds.bind()
-        return shader_call(ctx, "motion/wind.glsl", f"windAt(p, {time_s}).wind.xyz", {"p": p}, "vec3")
+        call = f"windAt(p, {time_s}).wind.xyz"
+        return shader_call(device, "motion/wind.glsl", call, {"p": p}, "vec3", bindings=winds.bindings)
 
     yield at
     winds.release()

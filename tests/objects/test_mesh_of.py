@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from greensward.objects import TriMesh, mesh_of
+from greensward.io.meshes import TriMesh
+from greensward.objects.meshes import mesh_of
 from greensward.scene import Box, Capsule, Cylinder, InputError, Mesh, Sphere
 
 _HERE = {"position_m": (3.0, 1.0, 2.0), "yaw_deg": 30.0, "lean_deg": 20.0}

@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from greensward.objects import TriMesh, mesh_of, packed
+from greensward.io.meshes import TriMesh
+from greensward.objects.meshes import mesh_of
+from greensward.objects.packing import packed
 from greensward.scene import Box, Capsule, Cylinder, Mesh, Sphere
 
 _HERE = {"position_m": (0.0, 0.0, 0.0)}
@@ -29,6 +31,7 @@ def _distances(mesh: TriMesh, spheres: np.ndarray) -> np.ndarray:
     return away.min(axis=1) / np.ptp(mesh.bounds, axis=0).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", _THINGS)
 def test_fills_without_sticking_out(name):
     if name == "cow":

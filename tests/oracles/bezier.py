@@ -18,10 +18,11 @@ def tangent(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray, t: np.ndarray) -> np
 
 
 def true_length(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray, steps: int = 400) -> np.ndarray:
-    """Arc length by many chords."""
-    t = np.linspace(0.0, 1.0, steps + 1)[:, None]
-    points = point(v0[None], v1[None], v2[None], np.broadcast_to(t, (steps + 1, len(v0))))
-    return np.linalg.norm(np.diff(points, axis=0), axis=2).sum(axis=0)
+    """Arc length by many chords; each is the derivative in the middle of its step, times the step."""
+    a, b = v1 - v0, v2 - 2.0 * v1 + v0
+    t = (np.arange(steps) + 0.5) / steps
+    squares = np.stack([(a * a).sum(-1), 2.0 * (a * b).sum(-1), (b * b).sum(-1)], -1) @ np.stack([t**0, t, t * t])
+    return 2.0 * np.sqrt(np.maximum(squares, 0.0)).mean(-1)
 
 
 def approximate_length(v0: np.ndarray, v1: np.ndarray, v2: np.ndarray) -> np.ndarray:

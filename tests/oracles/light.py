@@ -1,4 +1,4 @@
-"""Irradiance and gloss by integration, where the shaders use closed forms."""
+"""Irradiance and gloss by integration, where the shaders use formulas."""
 
 import numpy as np
 

@@ -33,6 +33,14 @@ def clump_centres(xz: np.ndarray, clump_m: float, seed: int) -> np.ndarray:
     return found[np.arange(len(xz)), nearest]
 
 
+def pull_into_clump(
+    xz: np.ndarray, chance: np.ndarray, clump_m: float, clumping: float, blade_m: float, seed: int
+) -> np.ndarray:
+    """Roots (n, 2) after their clumps pulled: at most 0.35 of the way, and no farther than blades reach over gaps."""
+    most = 0.35 * clumping * min(blade_m / clump_m, 1.0)
+    return xz + (most * chance)[:, None] * (clump_centres(xz, clump_m, seed) - xz)
+
+
 def kept_share(distance_m: np.ndarray, full_density_m: float) -> np.ndarray:
     """All up to the full-density distance; beyond it, as many per solid angle."""
     return np.minimum(1.0, (full_density_m / np.maximum(distance_m, 1e-3)) ** 2)

@@ -1,4 +1,4 @@
-"""Travelling gusts, and how a blade stands in them (motion/gusts.glsl, motion/posture.glsl)."""
+"""Travelling gusts, and how a blade bends in them (motion/gusts.glsl, motion/pose.glsl)."""
 
 import numpy as np
 

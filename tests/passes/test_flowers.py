@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from greensward.scene import Camera, InputError, Scene
-from greensward.truth import CLASSES
+from greensward.scene import Camera, InputError, Scene, SurfaceClass
 from live_objects import live_objects
 from small_scenes import BREEZE, NOISE, small_scene, with_pictures
 
-_FLOWER = CLASSES["flower"]
+_FLOWER = SurfaceClass.FLOWER
 _TABLE = {"density_per_m2": 3.0, "height_m": [0.5, 0.8], "patchiness": 0.0, "reach_m": 20.0}
 
 
@@ -22,7 +21,7 @@ def _cover(frame):
 
 def test_flowers_appear_with_every_technique(renderer):
     for technique in ("visibility-buffer", "bezier-blades", "tessellated-quads"):
-        frame = renderer(_scene(technique={"name": technique})).render(aovs=["class", "blade-id"])
+        frame = renderer(_scene(technique={"name": technique})).render(aovs=["class", "blade_id"])
         assert _cover(frame) > 0.005
         assert np.array_equal(frame.truth["blade_id"] > 0, frame.truth["class"] == _FLOWER)
 
@@ -32,7 +31,7 @@ def test_the_same_flower_stands_at_the_same_place_whatever_the_camera(renderer):
     found = []
     for x in (0.0, 6.3):
         drawn.render(camera=Camera(position_m=(x, 1.0, 4.0), target_m=(x, 0.0, -3.0)))
-        rows = np.frombuffer(drawn._surfaces.flowers._flowers.read(), np.float32)
+        rows = np.frombuffer(drawn._geometry.flowers._flowers.read(), np.float32)
         rows = rows[: len(rows) // 20 * 20].reshape(-1, 20)
         roots = rows[rows[:, 3] > 0, :3]
         here = (np.abs(roots[:, 0] - 3.0) < 5.0) & (np.abs(roots[:, 2] - 4.0) < 8.0)
@@ -85,7 +84,7 @@ def test_they_cast_shadows(renderer):
             _scene({"density_per_m2": 20.0}, shadows={"enabled": enabled, "size_px": 512, "nearest_m": 5.0})
         )
         frame = drawn.render(aovs=["class"])
-        means.append(frame.image[frame.truth["class"] == CLASSES["ground"]].mean())
+        means.append(frame.image[frame.truth["class"] == SurfaceClass.GROUND].mean())
     assert means[0] < means[1] - 2
 
 
@@ -106,14 +105,14 @@ def test_a_picture_that_nobody_would_see_is_refused(renderer, tmp_path):
         renderer(scene)
 
 
-def test_everything_is_released(ctx, renderer):
-    before = live_objects(ctx)
-    for shell in ("fragment", "compute"):
-        drawn = renderer(_scene(ground=NOISE, wind=[BREEZE]), shell=shell, samples=2)
+def test_everything_is_released(device, renderer):
+    before = live_objects(device)
+    for stage in ("fragment", "compute"):
+        drawn = renderer(_scene(ground=NOISE, wind=[BREEZE]), stage=stage, samples=2)
         drawn.render(0.5)
-        assert live_objects(ctx) != before
+        assert live_objects(device) != before
         drawn.release()
-        assert live_objects(ctx) == before
+        assert live_objects(device) == before
 
 
 def test_without_flowers_nothing_is_made(renderer):

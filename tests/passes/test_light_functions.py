@@ -21,10 +21,10 @@ def _directions(count: int = 60) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", ["rayleigh", "mie"])
-def test_phase(ctx, name):
+def test_phase(device, name):
     mu = np.linspace(-1, 1, 101, dtype=np.float32)
     oracle = {"rayleigh": air.rayleigh_phase, "mie": air.mie_phase}[name]
-    got = shader_call(ctx, _AIR, f"{name}Phase(mu)", {"mu": mu}, "float")
+    got = shader_call(device, _AIR, f"{name}Phase(mu)", {"mu": mu}, "float")
     assert np.allclose(got, oracle(mu.astype(np.float64)), rtol=1e-4)
     fine = np.linspace(-1, 1, 20_001)
     assert np.trapezoid(oracle(fine), fine) * 2 * np.pi == pytest.approx(1.0, abs=1e-3)
@@ -32,13 +32,13 @@ def test_phase(ctx, name):
 
 @pytest.mark.parametrize("haze", [0.0, 1.0, 5.0])
 @pytest.mark.parametrize("elevation_deg", [1.0, 5.0, 18.0, 60.0, 90.0])
-def test_sun_through_air(ctx, elevation_deg, haze):
+def test_sun_through_air(device, elevation_deg, haze):
     expected = air.transmittance(0.3, math.sin(math.radians(elevation_deg)), haze)
     scene = small_scene(sun={"elevation_deg": elevation_deg, "azimuth_deg": 0.0}, sky={"haze": haze})
     product = sun_at_ground(scene) / (np.array([1.0, 0.97, 0.93]) * 20.0)
     assert np.abs(product - expected).max() < 0.02
     shader = shader_call(
-        ctx,
+        device,
         _AIR,
         "sunThroughAir(vec3(0.0, EARTH_KM + 0.3, 0.0), d)",
         {"d": to_sun(scene)[None].astype(np.float32)},
@@ -48,11 +48,11 @@ def test_sun_through_air(ctx, elevation_deg, haze):
     assert np.abs(shader[0] - expected).max() < 0.02
 
 
-def test_no_sun_through_the_earth(ctx):
+def test_no_sun_through_the_earth(device):
     scene = small_scene(sun={"elevation_deg": -8.0})
     assert (sun_at_ground(scene) == 0).all()
     got = shader_call(
-        ctx,
+        device,
         _AIR,
         "sunThroughAir(vec3(0.0, EARTH_KM + 0.3, 0.0), d)",
         {"d": to_sun(scene)[None].astype(np.float32)},
@@ -76,12 +76,12 @@ def test_harmonics_are_orthonormal_and_as_the_paper_has_them():
     assert np.abs((basis * solid[:, None]).T @ basis - np.eye(9)).max() < 1e-3
 
 
-def test_sky_irradiance(ctx):
+def test_sky_irradiance(device):
     coefficients = _RANDOM.uniform(-0.3, 0.3, (9, 3))
     coefficients[0] = 3.0
     normals = _directions()
     got = shader_call(
-        ctx,
+        device,
         "passes/lighting/lighting.glsl",
         "skyIrradiance(n)",
         {"n": normals},
@@ -93,21 +93,21 @@ def test_sky_irradiance(ctx):
     assert np.ptp(expected) > 0.2
 
 
-def test_gloss(ctx):
+def test_gloss(device):
     n, v = _directions(200), _directions(200)
     v *= np.sign((n * v).sum(1, keepdims=True))
     sun = _directions(200)
     roughness = _RANDOM.uniform(0.1, 1.0, 200).astype(np.float32)
     inputs = {"n": n, "v": v, "l": sun, "roughness": roughness}
-    got = shader_call(ctx, "passes/lighting/lighting.glsl", "gloss(n, v, l, roughness)", inputs, "float")
+    got = shader_call(device, "passes/lighting/lighting.glsl", "gloss(n, v, l, roughness)", inputs, "float")
     expected = light.ggx(*(a.astype(np.float64) for a in (n, v, sun, roughness)))
     assert np.allclose(got, expected, rtol=2e-3, atol=1e-5)
     assert (got[(n * sun).sum(1) < 0] == 0).all()
 
 
-def test_filmic_curve(ctx):
+def test_filmic_curve(device):
     x = np.linspace(0, 40, 400, dtype=np.float32)[:, None] * np.ones(3, np.float32)
-    got = shader_call(ctx, "passes/post/tone.glsl", "hable(x)", {"x": x}, "vec3")
+    got = shader_call(device, "passes/post/tone.glsl", "hable(x)", {"x": x}, "vec3")
     assert np.abs(got - tone.hable(x.astype(np.float64))).max() < 1e-5
     assert (np.diff(got[:, 0]) > 0).all()
     assert got[0, 0] == pytest.approx(0.0, abs=1e-6)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from blades import BLADE
+from blades import BLADE, has_head
 from greensward.ground.noise import octaves
-from greensward.truth import CLASSES
+from greensward.scene import SurfaceClass
 from oracles import terrain, tone
 from reprojection import world_points
 from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
@@ -98,7 +98,7 @@ def test_maps_lie_the_right_way_up(renderer, tmp_path):
 def test_vegetation_map_colours_the_grass(renderer, tmp_path):
     scene = with_pictures(tmp_path, {"v.png": _flat((200, 20, 20, 255))}, sowing={"vegetation_map": "v.png"})
     truth = renderer(scene).render(aovs=["albedo", "class"]).truth
-    red, green, blue = truth["albedo"][truth["class"] == CLASSES["grass"]].mean(axis=0)
+    red, green, blue = truth["albedo"][truth["class"] == SurfaceClass.GRASS].mean(axis=0)
     assert red > 5 * max(green, blue)
 
 
@@ -113,7 +113,7 @@ def test_ids_grow_only_where_the_density_map_lets_them(renderer, tmp_path):
         sowing={"density_map": "d.png"},
         grass=[{**GRASS, "tilt_deg": [0.0, 5.0], "bend": [0.0, 0.1]}],
     )
-    truth = renderer(scene).render(aovs=["blade-id", "class"]).truth
+    truth = renderer(scene).render(aovs=["blade_id", "class"]).truth
     seen = (truth["blade_id"] > 0).sum(axis=0)
     assert seen[:70].sum() == 0
     assert seen[90:].sum() > 500
@@ -141,6 +141,7 @@ def test_post(renderer, post, check):
     assert check(renderer(small_scene(post={"vignette": 0.0, **post})).render().image, usual)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("table", [
     {"sun": {"azimuth_deg": 300.0}}, {"sun": {"elevation_deg": 60.0}}, {"sun": {"strength": 3.0}},
     {"sky": {"haze": 8.0}}, {"sky": {"clouds": 0.8}}, {"sky": {"strength": 3.0}}, {"shadows": {"enabled": False}},
@@ -175,7 +176,7 @@ def test_a_box_casts_its_shadow_away_from_the_sun(renderer):
     box = {"kind": "box", "position_m": [0.0, 0.0, 0.0], "size_m": [0.5, 1.0, 0.5]}
     lit = renderer(small_scene(**tables), size=(180, 120)).render().image.astype(int).sum(axis=2)
     frame = renderer(small_scene(**tables, object=[box]), size=(180, 120)).render(aovs=["class"])
-    dark = (lit - frame.image.astype(int).sum(axis=2) > 60) & (frame.truth["class"] == CLASSES["ground"])
+    dark = (lit - frame.image.astype(int).sum(axis=2) > 60) & (frame.truth["class"] == SurfaceClass.GROUND)
     rows, columns = np.nonzero(dark)
     metre = 120 / (2 * 6.0 * np.tan(np.radians(25)))
     x, z = (columns + 0.5 - 90) / metre, (rows + 0.5 - 60) / metre
@@ -192,7 +193,7 @@ def test_solids_are_where_and_as_large_as_asked(renderer, kind):
         camera={"position_m": [0.0, 30.0, 0.0], "target_m": [0.0, 0.0, -0.001], "fov_y_deg": 8.0},
     )
     truth = renderer(scene, size=(200, 200)).render(aovs=["class", "depth"]).truth
-    rows, columns = np.nonzero(truth["class"] == CLASSES["object"])
+    rows, columns = np.nonzero(truth["class"] == SurfaceClass.OBJECT)
     metre = 200 / (2 * 29.5 * np.tan(np.radians(4)))
     x, z = (columns + 0.5 - 100) / metre, (rows + 0.5 - 100) / metre
     assert x.mean() == pytest.approx(1.0, abs=0.05)
@@ -205,11 +206,11 @@ def test_solids_are_where_and_as_large_as_asked(renderer, kind):
 def test_heads_sit_at_the_tips(renderer):
     scene = small_scene(grass=[{**GRASS, "head": "daisy", "head_size_m": [0.06, 0.06], "head_share": 0.3}])
     drawn = renderer(scene)
-    truth = drawn.render(aovs=["class", "depth", "blade-id"]).truth
-    rows, columns = np.nonzero((truth["class"] == CLASSES["flower"]) & (truth["depth"] < 4.5))
+    truth = drawn.render(aovs=["class", "depth", "blade_id"]).truth
+    rows, columns = np.nonzero((truth["class"] == SurfaceClass.FLOWER) & (truth["depth"] < 4.5))
     assert len(rows) > 100
     (page,) = drawn._world.field.pages
     blade = np.frombuffer(page.blades.read(), BLADE)[truth["blade_id"][rows, columns].astype(int) - 1]
     p = world_points(drawn, scene.camera, truth["depth"])[rows, columns]
     assert np.linalg.norm(p - blade["tip"], axis=1).max() < 0.12
-    assert ((blade["look"] & 16) != 0).all()
+    assert has_head(blade).all()

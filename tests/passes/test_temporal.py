@@ -6,7 +6,7 @@ import pytest
 from greensward.gpu.view import VIEW_BLOCK
 from greensward.passes.light import LIGHT_BLOCK  # noqa: F401  # declares the block that the shader includes
 from greensward.passes.temporal import is_cut
-from greensward.scene import InputError
+from greensward.scene import InputError, SurfaceClass
 from greensward.viewpoint import camera_view
 from oracles import temporal
 from shader_calls import shader_call
@@ -39,41 +39,42 @@ def _difference(a, b):
 # Functions --------------------------------------------------------------------------------------------------
 
 
-def test_weights_are_those_of_the_spline(ctx):
+def test_weights_are_those_of_the_spline(device):
     f = np.linspace(0.0, 1.0, 101, dtype=np.float32)
-    got = shader_call(ctx, _SHADER, "catmullRom(f)", {"f": f}, "vec4")
+    got = shader_call(device, _SHADER, "catmullRom(f)", {"f": f}, "vec4")
     assert np.abs(got - temporal.catmull_rom(f.astype(float))).max() < 1e-6
     assert np.abs(got.sum(1) - 1.0).max() < 1e-6
     assert got[50] == pytest.approx([-0.0625, 0.5625, 0.5625, -0.0625])
 
 
-def test_history_is_resampled_by_all_sixteen_texels(ctx):
+def test_history_is_resampled_by_all_sixteen_texels(device):
     texels = _RANDOM.uniform(0.0, 1.0, (9, 13, 4)).astype(np.float16)
-    history = ctx.texture((13, 9), 4, texels.tobytes(), dtype="f2")
+    history = device.ctx.texture((13, 9), 4, texels.tobytes(), dtype="f2")
     history.repeat_x = history.repeat_y = False
-    history.use(11)
     at_px = (_RANDOM.uniform(0.0, 1.0, (300, 2)) * [13, 9]).astype(np.float32)
     view = {VIEW_BLOCK: {"size_px": (13, 9, 1 / 13, 1 / 9)}}
-    got = shader_call(ctx, _SHADER, "historyAt(at_px)", {"at_px": at_px}, "vec3", blocks=view)
+    got = shader_call(
+        device, _SHADER, "historyAt(at_px)", {"at_px": at_px}, "vec3", blocks=view, bindings={"history": history}
+    )
     # samplers of GPUs interpolate in steps of 1/256
     assert np.abs(got - temporal.resample(texels.astype(float), at_px.astype(float))[:, :3]).max() < 5e-3
     history.release()
 
 
-def test_ycocg_and_back(ctx):
+def test_ycocg_and_back(device):
     c = _RANDOM.uniform(0.0, 1.0, (100, 3)).astype(np.float32)
-    there = shader_call(ctx, _SHADER, "toYCoCg(c)", {"c": c}, "vec3")
+    there = shader_call(device, _SHADER, "toYCoCg(c)", {"c": c}, "vec3")
     assert np.abs(there - c.astype(float) @ temporal.YCOCG.T).max() < 1e-6
-    back = shader_call(ctx, _SHADER, "fromYCoCg(c)", {"c": there.astype(np.float32)}, "vec3")
+    back = shader_call(device, _SHADER, "fromYCoCg(c)", {"c": there.astype(np.float32)}, "vec3")
     assert np.abs(back - c).max() < 1e-6
 
 
-def test_history_is_clipped_towards_the_mean(ctx):
+def test_history_is_clipped_towards_the_mean(device):
     c, mean = (_RANDOM.uniform(-1.0, 1.0, (200, 3)).astype(np.float32) for _ in range(2))
     reach = _RANDOM.uniform(0.0, 2.0, (200, 3)).astype(np.float32)
     reach[:5] = 0.0
     inputs = {"c": c, "mean": mean, "reach": reach}
-    got = shader_call(ctx, _SHADER, "mean + (c - mean) / max(outside(c, mean, reach), 1.0)", inputs, "vec3")
+    got = shader_call(device, _SHADER, "mean + (c - mean) / max(outside(c, mean, reach), 1.0)", inputs, "vec3")
     expected = temporal.clip(*(a.astype(float) for a in (c, mean, reach)))
     assert np.abs(got - expected).max() < 1e-5
     assert 20 < (np.abs(got - c).max(1) < 1e-6).sum() < 180  # some lie within
@@ -82,6 +83,7 @@ def test_history_is_clipped_towards_the_mean(ctx):
 # Pictures ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("technique", _TECHNIQUES)
 def test_a_still_scene_becomes_the_average_of_many_samples(renderer, technique):
     scene = _scene(technique)
@@ -94,6 +96,7 @@ def test_a_still_scene_becomes_the_average_of_many_samples(renderer, technique):
     assert _difference(frames[-1], many) < 3.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("technique", _TECHNIQUES)
 @pytest.mark.parametrize("path", ["aside", "ahead", "turning"])
 def test_a_moving_camera_leaves_no_ghosts(renderer, technique, path):
@@ -112,6 +115,7 @@ def test_a_moving_camera_leaves_no_ghosts(renderer, technique, path):
     assert _difference(frames[last], truth) < 0.8 * _difference(frames[last - 1], truth)  # it is of this instant
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("technique", _TECHNIQUES)
 def test_an_object_leaves_no_trail(renderer, technique):
     """Clipping leaves little of a fast box behind it, already in the next frame."""
@@ -125,7 +129,7 @@ def test_an_object_leaves_no_trail(renderer, technique):
     still = renderer(scene, samples=16, scripts={"box": path})
     ghosted = [over_time.render(i / 30).image for i in range(10)][-1]
     before, after = (still.render(i / 30, aovs=("class",)) for i in (8, 9))
-    uncovered = (before.truth["class"] == 4) & (after.truth["class"] != 4)
+    uncovered = (before.truth["class"] == SurfaceClass.OBJECT) & (after.truth["class"] != SurfaceClass.OBJECT)
     assert uncovered.sum() > 20
     red, truly_red, boxs_red = (
         (image[uncovered].astype(float) @ [1.0, -0.5, -0.5]).mean() for image in (ghosted, after.image, before.image)
@@ -144,6 +148,7 @@ def test_the_sky_moves_with_the_camera(renderer):
     assert _difference(frames[7][above], truth[above]) < 0.15 * _difference(frames[6][above], truth[above])
 
 
+@pytest.mark.slow
 def test_a_creeping_camera_does_not_flicker(renderer):
     scene = _scene()
 
@@ -155,12 +160,12 @@ def test_a_creeping_camera_does_not_flicker(renderer):
     assert flicker(temporal=True) < 0.4 * flicker()
 
 
-@pytest.mark.parametrize("shell", ["fragment", "compute"])
-def test_the_same_frames_twice_are_identical(renderer, shell):
+@pytest.mark.parametrize("stage", ["fragment", "compute"])
+def test_the_same_frames_twice_are_identical(renderer, stage):
     scene = _scene(ground=NOISE)
     runs = []
     for _ in range(2):
-        drawn = renderer(scene, temporal=True, shell=shell)
+        drawn = renderer(scene, temporal=True, stage=stage)
         runs.append([drawn.render(i / 30, camera=_camera(scene, (0.03 * i, 0, 0))).image for i in range(4)])
     assert np.array_equal(*runs)
 
@@ -168,8 +173,8 @@ def test_the_same_frames_twice_are_identical(renderer, shell):
 def test_both_shells_agree(renderer):
     scene = _scene(ground=NOISE, sky={"clouds": 0.5}, camera={"target_m": [0.0, 1.0, -3.0]})
     last = []
-    for shell in ("fragment", "compute"):
-        drawn = renderer(scene, temporal=True, shell=shell)
+    for stage in ("fragment", "compute"):
+        drawn = renderer(scene, temporal=True, stage=stage)
         last.append([drawn.render(i / 30, camera=_camera(scene, (0.03 * i, 0, 0))).image for i in range(5)][-1])
     difference = np.abs(last[0].astype(int) - last[1])
     assert (difference > 1).mean() < 1e-3
@@ -179,6 +184,7 @@ def test_both_shells_agree(renderer):
 # Beginning anew ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "time_s"),
     [
@@ -236,6 +242,7 @@ def test_without_the_frame_before_history_begins_anew(renderer, what):
     assert over_time.blended == 2
 
 
+@pytest.mark.slow
 def test_a_checkpoint_continues_bit_for_bit(renderer):
     scene = _scene(simulation={"settle_s": 0.1})
     instants = [(i / 30, _camera(scene, (0.02 * i, 0.0, 0.0))) for i in range(6)]

@@ -5,7 +5,7 @@ import pytest
 
 from greensward.ground import HeightField
 from greensward.ground.rays import highest_heights
-from greensward.truth import CLASSES
+from greensward.scene import SurfaceClass
 from reprojection import world_points
 from small_scenes import NOISE, small_scene
 
@@ -19,13 +19,14 @@ GROUNDS = {"hills": {**NOISE, "height_m": 14.0}, "flat": {"kind": "flat"}}
 VISIBILITY_BUFFER = {"name": "visibility-buffer"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS.values(), ids=CAMERAS)
 @pytest.mark.parametrize("ground", GROUNDS.values(), ids=GROUNDS)
 def test_rays_meet_the_ground_where_it_first_is(renderer, camera, ground):
     scene = small_scene(grass=[], technique=VISIBILITY_BUFFER, ground=ground, camera={**camera, "far_m": 300.0})
-    drawn = renderer(scene, shell="compute")
+    drawn = renderer(scene, stage="compute")
     truth = drawn.render(1.0, aovs=["depth", "class"]).truth
-    heights, here = HeightField.of(scene), truth["class"] == CLASSES["ground"]
+    heights, here = HeightField.of(scene), truth["class"] == SurfaceClass.GROUND
     assert here.mean() > 0.2
     # where no ground is, nothing may lie before the far plane either
     points = world_points(drawn, scene.camera, np.where(here, truth["depth"], 299.0)).reshape(-1, 3)
@@ -47,16 +48,16 @@ def test_rays_draw_the_same_picture_as_triangles(renderer):
         grass=[{"head": "daisy", "head_share": 0.3}],
     )
     frames = []
-    for shell in ("fragment", "compute"):
-        drawn = renderer(scene, shell=shell, size=(320, 180))
+    for stage in ("fragment", "compute"):
+        drawn = renderer(scene, stage=stage, size=(320, 180))
         drawn.render(0.9)
-        frames.append(drawn.render(1.0, aovs=["class", "blade-id", "motion", "depth"]))
+        frames.append(drawn.render(1.0, aovs=["class", "blade_id", "motion", "depth"]))
     triangles, rays = (frame.truth for frame in frames)
     assert (triangles["class"] == rays["class"]).mean() > 0.99
     assert (triangles["blade_id"] == rays["blade_id"]).mean() > 0.99
     for name in ("ground", "object", "flower", "grass"):
-        assert (rays["class"] == CLASSES[name]).sum() > 50, name
-    ground = (triangles["class"] == CLASSES["ground"]) & (rays["class"] == CLASSES["ground"])
+        assert (rays["class"] == SurfaceClass[name.upper()]).sum() > 50, name
+    ground = (triangles["class"] == SurfaceClass.GROUND) & (rays["class"] == SurfaceClass.GROUND)
     assert np.quantile(np.abs(triangles["depth"][ground] / rays["depth"][ground] - 1.0), 0.9) < 0.02
     assert np.abs(frames[0].image.astype(int) - frames[1].image).mean() < 1.5
 
@@ -64,12 +65,12 @@ def test_rays_draw_the_same_picture_as_triangles(renderer):
 def test_a_cut_moves_the_ground_by_the_camera(renderer):
     """Motion of the ground is that of its points between the two cameras."""
     scene = small_scene(grass=[], technique=VISIBILITY_BUFFER, ground={**NOISE, "height_m": 2.0})
-    drawn, still = renderer(scene, shell="compute"), renderer(scene, shell="fragment")
+    drawn, still = renderer(scene, stage="compute"), renderer(scene, stage="fragment")
     step = scene.camera.model_copy(update={"position_m": (0.2, 1.3, 4.0)})
     for each in (drawn, still):
         each.render(0.0)
     rays, triangles = (each.render(0.1, camera=step, aovs=["motion", "class"]).truth for each in (drawn, still))
-    both = (rays["class"] == CLASSES["ground"]) & (triangles["class"] == CLASSES["ground"])
+    both = (rays["class"] == SurfaceClass.GROUND) & (triangles["class"] == SurfaceClass.GROUND)
     assert np.abs(rays["motion"][both]).max() > 1.0
     assert np.quantile(np.abs(rays["motion"] - triangles["motion"])[both], 0.9) < 0.1
 

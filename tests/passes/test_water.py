@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+from greensward.aovs import AOVS
 from greensward.gpu.view import View
 from greensward.ground import HeightField
-from greensward.scene import Camera, InputError
-from greensward.truth import AOVS, CLASSES
+from greensward.scene import Camera, InputError, SurfaceClass
 from greensward.viewpoint import camera_view
 from live_objects import live_objects
 from small_scenes import GRASS, small_scene, with_pictures
 
-_WATER, _GRASS, _OBJECT = (CLASSES[name] for name in ("water", "grass", "object"))
+_WATER, _GRASS, _OBJECT = (SurfaceClass[name.upper()] for name in ("water", "grass", "object"))
 _BASIN = np.full((33, 33), 1.0)
 _BASIN[8:25, 8:25] = -1.5
 _CAMERA = {"position_m": [0.0, 2.0, 9.0], "target_m": [0.0, 0.0, -4.0], "height_above_ground": False, "far_m": 400.0}
@@ -43,11 +43,11 @@ def _rays(drawn, camera, size):
     return rays, np.linalg.inv(view_from_world)[:3, 3]
 
 
-@pytest.mark.parametrize("shell", ["fragment", "compute"])
+@pytest.mark.parametrize("stage", ["fragment", "compute"])
 @pytest.mark.parametrize("technique", ["visibility-buffer", "bezier-blades", "tessellated-quads"])
-def test_its_surface_is_a_plane(renderer, scene, shell, technique):
+def test_its_surface_is_a_plane(renderer, scene, stage, technique):
     made = scene({"ripple": 0.4}, technique={"name": technique}, grass=[GRASS])
-    drawn = renderer(made, shell=shell)
+    drawn = renderer(made, stage=stage)
     truth = drawn.render(aovs=AOVS).truth
     there = truth["class"] == _WATER
     rays, eye = _rays(drawn, made.camera, (160, 90))
@@ -83,14 +83,14 @@ def test_a_mirrored_view_shows_points_where_their_images_are():
     assert np.allclose(mirror.near_and_far_m, view.near_and_far_m, rtol=1e-6)
 
 
-@pytest.mark.parametrize("shell", ["fragment", "compute"])
-def test_it_mirrors_objects(renderer, scene, shell):
+@pytest.mark.parametrize("stage", ["fragment", "compute"])
+def test_it_mirrors_objects(renderer, scene, stage):
     """A red post on the far shore, upside down below itself; none without reflections."""
     post = {"kind": "box", "position_m": [0.0, 0.0, -11.0], "size_m": [1.0, 3.0, 1.0], "colour": "#ff0000"}
     red = []
     for reflections in (True, False):
         made = scene({"reflections": reflections, "reflection_scale": 1.0}, object=[post], sky={"clouds": 0.0})
-        frame = renderer(made, shell=shell).render(aovs=["class"])
+        frame = renderer(made, stage=stage).render(aovs=["class"])
         image, water = frame.image.astype(int), frame.truth["class"] == _WATER
         red.append((image @ [1, -1, 0] > 25) & water)
     assert not red[1].any()
@@ -106,6 +106,7 @@ def _greens(frame):
     return ((image @ [0, 1, -1] > 12) & water).sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("technique", ["visibility-buffer", "bezier-blades", "tessellated-quads"])
 def test_it_mirrors_the_low_detail_grass_only(renderer, tmp_path, technique):
     """Green in the density map, row A2: without it the grass still stands on the shore, and none in the water."""
@@ -201,21 +202,22 @@ def test_a_camera_in_the_water_is_refused(renderer, scene):
     drawn.render()
 
 
-def test_everything_is_released_and_nothing_grows(ctx, renderer, scene):
-    before = live_objects(ctx)
-    for shell in ("fragment", "compute"):
-        drawn = renderer(scene(grass=[GRASS]), shell=shell)
+@pytest.mark.slow
+def test_everything_is_released_and_nothing_grows(device, renderer, scene):
+    before = live_objects(device)
+    for stage in ("fragment", "compute"):
+        drawn = renderer(scene(grass=[GRASS]), stage=stage)
         drawn.render(0.5, aovs=AOVS)
-        counts = {kind: len(names) for kind, names in live_objects(ctx).items()}
+        counts = {kind: len(names) for kind, names in live_objects(device).items()}
         for step in range(3):
             drawn.render(0.1 * step)
             drawn.resize((100, 60))
             drawn.render(0.1 * step)
             drawn.resize((160, 90))
         drawn.render(0.5)
-        assert {kind: len(names) for kind, names in live_objects(ctx).items()} == counts
+        assert {kind: len(names) for kind, names in live_objects(device).items()} == counts
         drawn.release()
-        assert live_objects(ctx) == before
+        assert live_objects(device) == before
 
 
 def test_its_price_is_told(renderer, scene):

@@ -6,8 +6,9 @@ import tempfile
 import tomllib
 from pathlib import Path
 
+import pytest
 import tomli_w
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -99,7 +100,6 @@ def check(table):
     told(FILE, technique_settings={"visibility-buffer": Sky})
 
 
-@settings(max_examples=400, deadline=None, suppress_health_check=list(HealthCheck))
 @given(scenes)
 def test_any_table_loads_or_is_refused_in_words(table):
     check(table)
@@ -132,32 +132,29 @@ def mutated(draw):
     return table
 
 
-@settings(max_examples=400, deadline=None, suppress_health_check=list(HealthCheck))
 @given(mutated())
 def test_a_valid_scene_with_something_wrong_is_refused_in_words(table):
     check(table)
 
 
-@settings(max_examples=200, deadline=None)
 @given(st.binary(max_size=60) | st.text(max_size=60).map(lambda text: text.encode("utf-8", "replace")))
 def test_any_bytes_load_or_are_refused_in_words(content):
     FILE.write_bytes(content)
     told(FILE)
 
 
-@settings(max_examples=200, deadline=None)
+@pytest.mark.slow
 @given(st.lists(st.text(max_size=20) | st.builds("{}.{}={}".format, keys, keys, st.text(max_size=5)), max_size=3))
 def test_any_override_is_taken_or_refused_in_words(overrides):
     told("meadow", overrides=overrides)
 
 
-@settings(max_examples=150, deadline=None)
+@pytest.mark.slow
 @given(st.text(max_size=20) | st.from_regex(r"-?[0-9]{1,3},[0-9.]{1,4},[0-9e]{1,3}:1,2,[0-9]{1,3}(:[0-9]{1,3})?"))
 def test_any_camera_is_taken_or_refused_in_words(camera):
     told("meadow", camera=camera)
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
 @given(valid_scenes)
 def test_every_valid_scene_survives_toml(given_table):
     try:

@@ -31,9 +31,9 @@ def test_rows_tell_type_default_range_and_unit():
     page = reference(SETTINGS)
     for row in (
         "| `fov_y_deg` | number | `50` | above 0.1 below 170 | ° | Vertical field of view. |",
-        "| `width_m` | 2 numbers | `[0.003, 0.006]` | from 0.0001 to 2 | m | Width at the widest. |",
-        "| `seed` | whole number | `1` | from 0 to 4294967295 |  | All randomness follows from it. |",
-        "| `enabled` | true or false | `true` |  |  | Whether anything casts a shadow. |",
+        "| `width_m` | 2 numbers | `[0.003, 0.006]` | from 0.0001 to 2 | m | Greatest width. |",
+        "| `seed` | whole number | `1` | from 0 to 4294967295 |  | Seed of all randomness. |",
+        "| `enabled` | true or false | `true` |  |  | Shadows of grass, objects and ground on or off. |",
         '| `tip_colour` | colour | `"#7f9a3c"` |  |  | sRGB at the tip. |',
     ):
         assert row in page

@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -102,7 +102,6 @@ def edited(draw, scene):
     return scene.model_copy(update=taken)
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_any_edits_one_after_another_are_saved_exactly(data):
     text = data.draw(st.sampled_from(sorted(TEXTS.values())))
@@ -134,7 +133,6 @@ def dotted(table):
             yield spelled_key(key), value
 
 
-@settings(max_examples=300, deadline=None)
 @given(settings_tables, settings_tables, st.sampled_from(["headers", "braces", "dots"]))
 def test_settings_of_any_shape_are_saved_exactly(old, new, written):
     first, second = (Scene.model_validate({"technique": {"name": "x", **table}}) for table in (old, new))

@@ -1,6 +1,7 @@
 """The field: the same bytes from the same seed, as dense as asked, nothing where nothing may grow."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from greensward.ground.noise import octaves
 from greensward.scene import InputError
 from greensward.sowing import field as field_module
 from greensward.sowing import sower as sower_module
+from greensward.sowing.blade import BladeFlag
 from greensward.sowing.pages import page_numbers
 from greensward.sowing.species import leaf_edge_m
 from oracles import bezier, sowing
@@ -33,6 +35,7 @@ def test_same_seed_same_bytes(sow):
     assert read_blades(again).tobytes() == one.tobytes()
 
 
+@pytest.mark.slow
 def test_same_seed_same_bytes_with_every_core_at_work(sow):
     """Hundreds of full tiles at once: nothing may depend on which of them is sown first."""
     even = {**_EVEN, "density_per_m2": 120.0, "full_density_m": 100.0, "reach_m": 16.0}
@@ -139,7 +142,7 @@ def test_low_detail_is_marked_by_green(sow, tmp_path):
     )
     blades = read_blades(sow(scene))
     inside = np.abs(blades["root"][:, 0]) < 7.5
-    marked = (blades["look"] & 32) != 0
+    marked = (blades["flags"] & BladeFlag.LOW_DETAIL) != 0
     east = blades["root"][:, 0] > 0.25
     west = blades["root"][:, 0] < -0.25
     assert marked[inside & east].all()
@@ -209,11 +212,11 @@ def test_ranks_are_even_and_order_a_tile(sow):
     (page,) = field.pages
     tiles = page.tiles
     assert (tiles.start[1:] == tiles.start[:-1] + tiles.up_to[:-1, 7]).all()
-    for start, up_to, kept in zip(tiles.start, tiles.up_to, tiles.kept, strict=True):
+    for start, up_to, coverage in zip(tiles.start, tiles.up_to, tiles.coverage, strict=True):
         mine = rank[start : start + up_to[7]]
         assert (np.diff(mine) > -1e-4).all()
         for bin_, last in enumerate(up_to):
-            assert (mine[last:] > kept * (bin_ + 1) / 8 - 1e-3).all(), "a blade of this bin lies beyond its end"
+            assert (mine[last:] > coverage * (bin_ + 1) / 8 - 1e-3).all(), "a blade of this bin lies beyond its end"
 
 
 def test_tiles_bound_their_blades(sow):
@@ -241,7 +244,7 @@ def test_length_along_the_curve_is_the_height(sow):
 def test_values_lie_in_their_ranges_and_use_them(sow):
     grass = {**GRASS, "width_m": [0.01, 0.03], "stiffness": [0.2, 0.9], "dryness": [0.1, 0.6]}
     blades = read_blades(sow(small_scene(grass=[grass], sowing={"clumping": 0.0, "drift": 1.0})))
-    dryness = (blades["look"] >> 8 & 255) / 255
+    dryness = (blades["flags"] >> 8 & 255) / 255
     for values, (low, high) in (
         (blades["width"], (0.01, 0.03)),
         (blades["stiffness"], (0.2, 0.9)),
@@ -385,14 +388,14 @@ def test_pages_hold_no_more_than_fits(counts, limit, expected):
     assert page_numbers(np.array(counts, np.int64), limit).tolist() == expected
 
 
-def _limited(monkeypatch, ctx, blades: int) -> None:
-    monkeypatch.setitem(ctx.info, "GL_MAX_SHADER_STORAGE_BLOCK_SIZE", blades * 64)
+def _limited(monkeypatch, device, blades: int) -> None:
+    monkeypatch.setattr(device, "limits", replace(device.limits, storage_block_bytes=blades * 64))
 
 
-def test_no_page_is_larger_than_a_storage_block(ctx, sow, monkeypatch):
+def test_no_page_is_larger_than_a_storage_block(device, sow, monkeypatch):
     scene = small_scene(sowing={**_EVEN, "full_density_m": 12.0})
     whole = read_blades(sow(scene))
-    _limited(monkeypatch, ctx, 3000)
+    _limited(monkeypatch, device, 3000)
     field = sow(scene)
     assert len(field.pages) > 5
     assert max(page.blades.size for page in field.pages) <= 3000 * 64
@@ -400,22 +403,22 @@ def test_no_page_is_larger_than_a_storage_block(ctx, sow, monkeypatch):
     assert [page.first_id for page in field.pages] == [1, *(1 + np.cumsum([p.count for p in field.pages])[:-1])]
 
 
-def test_a_tile_too_large_for_a_page_is_split(ctx, sow, monkeypatch):
+def test_a_tile_too_large_for_a_page_is_split(device, sow, monkeypatch):
     """Far off, tiles grow until only the limit holds them."""
     scene = small_scene(sowing={**_EVEN, "density_per_m2": 30.0, "full_density_m": 60.0, "reach_m": 60.0})
     whole = sow(scene)
     assert max(page.tiles.up_to[:, 7].max() for page in whole.pages) > 5000
-    _limited(monkeypatch, ctx, 8000)
+    _limited(monkeypatch, device, 8000)
     split = sow(scene)
     assert max(page.count for page in split.pages) <= 4000
     assert split.count == whole.count
 
 
-def test_several_pages_draw_the_same_picture(ctx, renderer, monkeypatch):
+def test_several_pages_draw_the_same_picture(device, renderer, monkeypatch):
     scene = small_scene(grass=[{**GRASS, "head": "daisy"}], wind=[BREEZE], shadows={"size_px": 128})
-    aovs = ("class", "depth", "blade-id", "motion")
+    aovs = ("class", "depth", "blade_id", "motion")
     one = renderer(scene).render(1.0, aovs=aovs)
-    _limited(monkeypatch, ctx, 2500)
+    _limited(monkeypatch, device, 2500)
     split = renderer(scene)
     many = split.render(1.0, aovs=aovs)
     assert len(split._world.field.pages) > 2

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from greensward.scene import Camera, SceneError
+from greensward.scene import Camera, SceneError, SurfaceClass
 from greensward.techniques import chosen
 from small_scenes import BREEZE, NOISE, small_scene
 
@@ -17,12 +17,13 @@ def _scene(stored_m, **tables):
     return small_scene(sowing=sowing, wind=[BREEZE], **{"ground": {**NOISE, "height_m": 3.0}, **tables})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stored_m", [0.0, 6.0, 1000.0])
 def test_they_are_the_same_blades(renderer, stored_m):
     stored, unstored = (renderer(_scene(each), size=(320, 180)) for each in (None, stored_m))
     frames = [each.render(2.0, aovs=AOVS) for each in (stored, unstored)]
     here, there = (frame.truth for frame in frames)
-    assert (here["class"] == 2).mean() > 0.2
+    assert (here["class"] == SurfaceClass.GRASS).mean() > 0.2
     # two programs may round differently, and a blade grows or does not by a hair
     assert (here["class"] == there["class"]).mean() > 0.998
     same = np.isclose(here["depth"], there["depth"], rtol=1e-4)
@@ -35,14 +36,14 @@ def test_they_are_the_same_blades(renderer, stored_m):
 
 def test_ids_tell_blades_apart_across_the_border(renderer):
     drawn = renderer(_scene(6.0), size=(320, 180))
-    ids = drawn.render(2.0, aovs=["blade-id"]).truth["blade_id"]
+    ids = drawn.render(2.0, aovs=["blade_id"]).truth["blade_id"]
     page = drawn._world.field.unstored
     stored, unstored = ids[(ids > 0) & (ids < page.first_id)], ids[ids >= page.first_id]
     assert len(np.unique(stored)) > 50
     assert len(np.unique(unstored)) > 50
     assert unstored.max() < page.first_id + page.count
     # the same blade keeps its number while the field is not sown anew
-    again = drawn.render(2.1, aovs=["blade-id"]).truth["blade_id"]
+    again = drawn.render(2.1, aovs=["blade_id"]).truth["blade_id"]
     assert (ids == again).mean() > 0.3
 
 

@@ -5,15 +5,14 @@ import pytest
 from PIL import Image
 
 from greensward.ground import HeightField
-from greensward.scene import Camera, InputError, Scene
+from greensward.scene import Camera, InputError, Scene, SurfaceClass
 from greensward.techniques.billboard_grid.pictures import Billboards, mean_length_m
-from greensward.techniques.billboard_grid.settings import Settings
-from greensward.truth import CLASSES
+from greensward.techniques.billboard_grid.settings import GridSettings
 from oracles import billboard_grid
 from reprojection import world_points
 from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
 
-GRASS_CLASS = CLASSES["grass"]
+GRASS_CLASS = SurfaceClass.GRASS
 STIFF = {**GRASS, "height_m": [0.4, 0.4], "tilt_deg": [0.0, 0.0], "bend": [0.0, 0.0]}
 
 
@@ -25,10 +24,11 @@ def _cover(frame) -> float:
     return float((frame.truth["class"] == GRASS_CLASS).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn_deg", [0.0, 33.0])
 @pytest.mark.parametrize("irregularity", [0.0, 0.8])
-@pytest.mark.parametrize("shell", ["fragment", "compute"])
-def test_a_ray_ends_at_the_first_billboard_that_it_meets(renderer, tmp_path, turn_deg, irregularity, shell):
+@pytest.mark.parametrize("stage", ["fragment", "compute"])
+def test_a_ray_ends_at_the_first_billboard_that_it_meets(renderer, tmp_path, turn_deg, irregularity, stage):
     """Billboards opaque but for their upper edge: the depth of every pixel is that of the twin."""
     wall = np.full((64, 64, 4), 255, np.uint8)
     wall[:2, :, 3] = 0
@@ -41,7 +41,7 @@ def test_a_ray_ends_at_the_first_billboard_that_it_meets(renderer, tmp_path, tur
         technique={"name": "billboard-grid", "steps": 64, **settings},
         camera={"position_m": [0.3, 1.1, 2.0], "target_m": [-0.4, 0.1, -1.0]},
     )
-    drawn = renderer(scene, shell=shell)
+    drawn = renderer(scene, stage=stage)
     truth = drawn.render(aovs=["depth", "class"]).truth
     far = world_points(drawn, scene.camera, np.full(truth["depth"].shape, 50.0)).reshape(-1, 3)
     eye = drawn._view.camera_ws
@@ -58,10 +58,10 @@ def test_a_ray_ends_at_the_first_billboard_that_it_meets(renderer, tmp_path, tur
     assert (away < 2e-3).mean() > 0.97
 
 
-def test_billboards_show_the_blades_that_a_slab_holds(ctx):
+def test_billboards_show_the_blades_that_a_slab_holds(device):
     scene = _scene(grass=[STIFF])
-    settings = Settings(layers=6, texture_px=512)
-    billboards = Billboards(ctx, scene, settings)
+    settings = GridSettings(layers=6, texture_px=512)
+    billboards = Billboards(device, scene, settings)
     slab_m = 0.25 * np.pi * settings.spacing * mean_length_m(scene)
     assert billboards.tall_m == pytest.approx(0.4, rel=0.02)
     texture = billboards._textures[0]
@@ -78,33 +78,39 @@ def test_billboards_show_the_blades_that_a_slab_holds(ctx):
     assert billboards.opacity_from_above < 0.02
     assert billboards.nbytes > colour.size * 2
     billboards.release()
-    leaning = Billboards(ctx, _scene(), settings)
+    leaning = Billboards(device, _scene(), settings)
     assert 0.05 < leaning.opacity_from_above < 0.9
     leaning.release()
 
 
-@pytest.mark.parametrize(("height_m", "down_deg"), [(0.5, 10.0), (1.7, 15.0), (1.7, 35.0), (8.0, 45.0), (8.0, 85.0)])
-def test_it_shows_as_much_grass_as_blades_and_in_their_colours(renderer, height_m, down_deg):
+@pytest.mark.slow
+def test_it_shows_as_much_grass_as_blades_and_in_their_colours(renderer):
     """From eye level and from above; where a pixel is wider than blades, too, which are drawn a pixel wide."""
-    down = np.radians(down_deg)
-    camera = Camera(
-        position_m=(0.0, height_m, 0.0),
-        target_m=(0.0, height_m - 5.0 * np.sin(down), -5.0 * np.cos(down)),
-        fov_y_deg=20.0,
+    field = {"drift": 0.0, "density_per_m2": 600.0, "reach_m": 60.0, "full_density_m": 60.0}
+    of_blades, of_grid = (
+        renderer(
+            Scene.model_validate({"technique": {"name": technique}, "sowing": field, "wind": []}), size=(240, 135)
+        )
+        for technique in ("visibility-buffer", "billboard-grid")
     )
-    cover, colour = [], []
-    for technique in ("visibility-buffer", "billboard-grid"):
-        field = {"drift": 0.0, "density_per_m2": 600.0, "reach_m": 60.0, "full_density_m": 60.0}
-        scene = Scene.model_validate({"technique": {"name": technique}, "sowing": field, "wind": []})
-        drawn = renderer(scene, size=(240, 135))
-        grass = drawn.render(camera=camera, aovs=["class"]).truth["class"] == GRASS_CLASS
-        packed = np.frombuffer(drawn._gbuffer.colour.read(), np.uint8).reshape(135, 240, 4)[::-1] / 255.0
-        cover.append(grass.mean())
-        colour.append((packed[grass, :3] ** 2).mean(axis=0))
-    assert cover[1] == pytest.approx(cover[0], abs=0.06)
-    assert colour[1] == pytest.approx(colour[0], rel=0.08)
+    for height_m, down_deg in ((0.5, 10.0), (1.7, 15.0), (1.7, 35.0), (8.0, 45.0), (8.0, 85.0)):
+        down = np.radians(down_deg)
+        camera = Camera(
+            position_m=(0.0, height_m, 0.0),
+            target_m=(0.0, height_m - 5.0 * np.sin(down), -5.0 * np.cos(down)),
+            fov_y_deg=20.0,
+        )
+        cover, colour = [], []
+        for drawn in (of_blades, of_grid):
+            grass = drawn.render(camera=camera, aovs=["class"]).truth["class"] == GRASS_CLASS
+            packed = np.frombuffer(drawn._gbuffer.colour.read(), np.uint8).reshape(135, 240, 4)[::-1] / 255.0
+            cover.append(grass.mean())
+            colour.append((packed[grass, :3] ** 2).mean(axis=0))
+        assert cover[1] == pytest.approx(cover[0], abs=0.06), (height_m, down_deg)
+        assert colour[1] == pytest.approx(colour[0], rel=0.08), (height_m, down_deg)
 
 
+@pytest.mark.slow
 def test_grass_stands_out_against_the_sky(renderer):
     """What the source cannot: a silhouette beyond the ground's own."""
     sowing = {"density_per_m2": 300.0, "reach_m": 80.0}
@@ -113,9 +119,10 @@ def test_grass_stands_out_against_the_sky(renderer):
     drawn = renderer(scene)
     grass = drawn.render(aovs=["class"]).truth["class"]
     bare = renderer(_scene(seed=7, ground=NOISE, grass=[], camera=scene.camera.model_dump())).render(aovs=["class"])
-    assert ((grass == GRASS_CLASS) & (bare.truth["class"] == CLASSES["sky"])).sum() > 300
+    assert ((grass == GRASS_CLASS) & (bare.truth["class"] == SurfaceClass.SKY)).sum() > 300
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height_m", [0.05, 0.25, 0.5, 6.0])
 def test_the_camera_may_be_anywhere(renderer, height_m):
     """Down in the grass, at its tips and high above, looking ahead and straight down."""
@@ -144,6 +151,7 @@ def test_no_grass_on_what_is_steeper_than_60_degrees(renderer):
     assert np.quantile(up, 0.02) > 0.45
 
 
+@pytest.mark.slow
 def test_forces_press_it_down(renderer):
     press = {"kind": "tracks", "path": [[-6.0, 0.0], [6.0, 0.0]], "tyre_m": 1.5, "gauge_m": 1.5}
     above = Camera(position_m=(0.0, 0.8, 4.0), target_m=(0.0, 0.2, 0.0))
@@ -158,6 +166,7 @@ def test_forces_press_it_down(renderer):
     assert depths[1] < 0.85 * depths[0]
 
 
+@pytest.mark.slow
 def test_gusts_run_over_it(renderer):
     """Where it leans and when: the same gust later stands downwind."""
     wind = {**BREEZE, "direction_deg": 270.0, "gust_m": 3.0, "gustiness": 1.0, "turbulence": 0.0}

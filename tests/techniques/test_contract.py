@@ -5,25 +5,27 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import get_args
 
+import moderngl
 import numpy as np
 import pytest
 from annotated_types import Ge, Gt, Le, Lt
 from PIL import Image
 
 from blades import BLADE
-from greensward.gpu.state import snapshot
+from greensward.aovs import AOVS
+from greensward.gpu.programs import ProgramPool, is_image
 from greensward.library import dump, load
-from greensward.scene import Camera, Gusts
+from greensward.renderer import Renderer
+from greensward.scene import Camera, Gusts, InputError, SurfaceClass
 from greensward.scene.base import names_a_file
 from greensward.techniques import SETTINGS, TECHNIQUES
-from greensward.truth import AOVS, CLASSES
 from live_objects import live_objects
 from reprojection import world_points
 from small_scenes import BREEZE, GRASS, NOISE, small_scene
 
-STORED = {each.name for each in TECHNIQUES if each.draws_field(each.Settings())}
+STORED = {each.name for each in TECHNIQUES if each.needs(each.Settings()).stored}
 """Those that draw stored blades, which can be looked up; the others have neither them nor heads nor counts."""
-SKY, GROUND, GRASS_CLASS, FLOWER, OBJECT = (CLASSES[name] for name in ("sky", "ground", "grass", "flower", "object"))
+SKY, GROUND, GRASS_CLASS, FLOWER, OBJECT, _ = SurfaceClass
 NAMES = [technique.name for technique in TECHNIQUES]
 pytestmark = pytest.mark.parametrize("technique", NAMES)
 
@@ -64,6 +66,7 @@ def test_grass_appears(renderer, technique):
     assert np.abs(frame.image[there].astype(int) - bare.image[there]).mean() > 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [1, 3])
 def test_same_frame_twice_is_identical(renderer, technique, samples):
     scene = _scene(technique, wind=[BREEZE], ground=NOISE, grass=[{**GRASS, "head": "daisy", "head_share": 0.3}])
@@ -164,9 +167,10 @@ def test_motion_of_grass_is_the_way_its_blades_went(renderer, technique):
     assert np.abs(motion[:, 0]).max() > 0.3
 
 
+@pytest.mark.slow
 def test_an_occluder_hides_grass(renderer, technique):
     box = {"kind": "box", "position_m": [0.0, 0.0, 0.0], "size_m": [1.5, 1.0, 0.5]}
-    aovs = ["class", "depth", "blade-id"]
+    aovs = ["class", "depth", "blade_id"]
     both = renderer(_scene(technique, object=[box])).render(aovs=aovs)
     grass = renderer(_scene(technique)).render(aovs=aovs)
     alone = renderer(_scene(technique, object=[box], grass=[])).render(aovs=aovs)
@@ -194,6 +198,7 @@ def test_taller_grass_covers_more(renderer, technique):
     assert 0 < 1.2 * cover[0] < cover[1] < cover[2] / 1.2
 
 
+@pytest.mark.slow
 def test_wider_and_denser_grass_covers_more(renderer, technique):
     few, wide, many = (
         _cover(
@@ -206,6 +211,7 @@ def test_wider_and_denser_grass_covers_more(renderer, technique):
     assert 1.3 * few < min(wide, many)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance_m", [0.6, 3.0])
 def test_edge_on_blades_do_not_vanish(renderer, technique, distance_m):
     """All blades turned alike, by sixteenths; whichever way they face, they cover nearly as much."""
@@ -266,7 +272,7 @@ def test_an_id_is_that_of_the_blade_that_stands_there(renderer, technique):
     _needs_stored(technique)
     scene = _scene(technique, wind=[BREEZE], ground=NOISE)
     drawn = renderer(scene)
-    truth = drawn.render(1.0, aovs=["blade-id", "depth"]).truth
+    truth = drawn.render(1.0, aovs=["blade_id", "depth"]).truth
     rows, columns = np.nonzero(truth["blade_id"])
     p = world_points(drawn, scene.camera, truth["depth"])[rows, columns]
     blades = np.concatenate([np.frombuffer(page.blades.read(), BLADE) for page in drawn._world.field.pages])
@@ -302,7 +308,8 @@ def test_motion_of_a_moving_camera_is_the_reprojection(renderer, technique):
     assert np.abs(expected).max() > 3
 
 
-def test_every_resource_is_released(ctx, renderer, technique):
+@pytest.mark.slow
+def test_every_resource_is_released(device, renderer, technique):
     scene = _scene(
         technique,
         wind=[BREEZE],
@@ -310,18 +317,67 @@ def test_every_resource_is_released(ctx, renderer, technique):
         object=[{"kind": "box", "position_m": [0, 0, 0]}],
         force=[{"kind": "tracks", "path": [[0, 0], [1, 0]]}],
     )
-    before = live_objects(ctx)
-    for shell in ("fragment", "compute"):
-        drawn = renderer(scene, shell=shell, samples=2)
+    before = live_objects(device)
+    for stage in ("fragment", "compute"):
+        drawn = renderer(scene, stage=stage, samples=2)
         drawn.render(1.0, aovs=AOVS)
         drawn.resize((64, 40))
         drawn.render(1.0, camera=Camera(position_m=(30.0, 1.0, 0.0), target_m=(0.0, 0.0, 0.0)))
-        assert live_objects(ctx) != before
+        assert live_objects(device) != before
         drawn.release()
-        assert live_objects(ctx) == before
+        assert live_objects(device) == before
 
 
-def test_drawing_again_and_again_makes_nothing_new(ctx, renderer, technique):
+OPTIONS = {
+    "plain": {},
+    "all at once": {
+        "wind": [BREEZE, {"kind": "helicopter", "centre_m": [0, 0]}],
+        "ground": NOISE,
+        "grass": [{**GRASS, "head": "daisy", "shape": "quadratic-3d"}],
+        "flowers": [{"density_per_m2": 1.0}],
+        "object": [{"kind": "box", "position_m": [0, 0, 0], "grass": {"density_per_m2": 20.0}}],
+        "force": [{"kind": "tracks", "path": [[0, 0], [1, 0]]}],
+        "simulation": {"within_m": 4.0, "settle_s": 0.1},
+        "water": {"level_m": -6.0},
+        "post": {"blur": "gaussian"},
+    },
+    "growth": {"growth": {"age": 0.5}},
+    "traced": {"sowing": {"traced_m": 6.0}},
+    "not stored": {"sowing": {"stored_m": 3.0}, "wind": [BREEZE]},
+    "instanced": {"technique": {"mode": "instanced", "lean": "random", "alpha": "hashed"}, "wind": [BREEZE]},
+    "no tests": {
+        "culling": dict.fromkeys(("orientation", "frustum", "occlusion", "behind_grass", "distance"), False)
+    },
+}
+
+
+@pytest.mark.parametrize(
+    ("options", "stage"),
+    [*((name, "compute") for name in OPTIONS), ("plain", "fragment"), ("all at once", "fragment")],
+)
+def test_no_program_needs_more_than_opengl_promises(device, monkeypatch, technique, options, stage):
+    """Eight storage blocks and four images; drivers have no more for each stage, and WebGPU for all together."""
+    made, take = [], ProgramPool.take
+    monkeypatch.setattr(ProgramPool, "take", lambda self, sources: made.append(take(self, sources)) or made[-1])
+    tables = {**OPTIONS[options], "technique": {"name": technique, **OPTIONS[options].get("technique", {})}}
+    try:
+        with Renderer(small_scene(**tables), size=(32, 18), ctx=device.ctx, stage=stage) as drawn:
+            if options == "all at once":  # some are made when they are first needed
+                drawn.advance(1.0)
+    except InputError:
+        pytest.skip(f"{technique} cannot draw this")
+    storage, images = [], []
+    for program in made:
+        members = program.gl._members.values()
+        storage.append(sum(isinstance(each, moderngl.StorageBlock) for each in members))
+        images.append(sum(isinstance(each, moderngl.Uniform) and is_image(each) for each in members))
+    assert len(made) > 15
+    assert 3 <= max(storage) <= 8
+    assert max(images) <= 4
+    assert (max(images) > 0) == (stage == "compute")
+
+
+def test_drawing_again_and_again_makes_nothing_new(device, renderer, technique):
     drawn = renderer(_scene(technique, wind=[BREEZE]))
     cameras = [Camera(position_m=(x, 1.0, 4.0), target_m=(x, 0.0, -3.0)) for x in (0.0, 20.0, 40.0)]
     counts = []
@@ -330,20 +386,20 @@ def test_drawing_again_and_again_makes_nothing_new(ctx, renderer, technique):
             drawn.resize(size)
             for time_s, camera in enumerate(cameras):
                 drawn.render(float(time_s), camera=camera)
-        counts.append({kind: len(names) for kind, names in live_objects(ctx).items()})
+        counts.append({kind: len(names) for kind, names in live_objects(device).items()})
     assert counts[0] == counts[1] == counts[2]
 
 
-def test_state_is_left_as_it_was(ctx, renderer, technique):
+def test_state_is_left_as_it_was(ctx, device, renderer, technique):
     scene = _scene(technique, wind=[BREEZE], grass=[{**GRASS, "head": "daisy"}])
     target = ctx.framebuffer([ctx.texture((64, 40), 4)], ctx.depth_renderbuffer((64, 40)))
     other = ctx.simple_framebuffer((8, 8))
     other.use()
     ctx.patch_vertices = 4
     ctx.enable_only(ctx.BLEND | ctx.CULL_FACE)
-    before = snapshot(ctx)
+    before = device.state.snapshot()
     drawn = renderer(scene)
-    assert snapshot(ctx) == before, "building"
+    assert device.state.snapshot() == before, "building"
     for name, step in (
         ("render", lambda: drawn.render(1.0, aovs=AOVS)),
         ("draw", lambda: drawn.draw(target, 1.0)),
@@ -352,7 +408,7 @@ def test_state_is_left_as_it_was(ctx, renderer, technique):
         ("release", drawn.release),
     ):
         step()
-        assert snapshot(ctx) == before, name
+        assert device.state.snapshot() == before, name
     ctx.enable_only(0)
     for each in (*target.color_attachments, target.depth_attachment, target, other):
         each.release()
@@ -417,6 +473,7 @@ def _another(field) -> object:
     return values[0]
 
 
+@pytest.mark.slow
 def test_every_setting_changes_the_picture(renderer, technique):
     """By itself, with one of the choices that another setting has, or with few steps."""
     eye_m = 0.4 if technique in STORED else 0.9
@@ -429,8 +486,14 @@ def test_every_setting_changes_the_picture(renderer, technique):
     if "steps" in fields:
         choices.append({"steps": 3})
 
+    # narrow billboards, whose texels are smaller than the least spacing
+    usually = {"billboard_m": 0.25} if "billboard_m" in fields else {}
+
     def picture(settings) -> bytes:
-        return renderer(_scene(technique, settings, camera=near)).render().image.tobytes()
+        drawn = renderer(_scene(technique, {**usually, **settings}, camera=near))
+        image = drawn.render().image.tobytes()
+        drawn.release()  # the next takes over its programs
+        return image
 
     usual = [({**others}, picture(others)) for others in ({}, *choices)]
     for name, field in fields.items():
@@ -442,15 +505,18 @@ def test_every_setting_changes_the_picture(renderer, technique):
         ), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("test", ["orientation", "frustum", "occlusion", "behind_grass"])
 def test_what_culling_leaves_out_does_not_show(renderer, technique, test):
     box = {"kind": "box", "position_m": [0.0, 0.0, 0.0], "size_m": [1.5, 1.0, 0.5]}
-    on, off = (
-        renderer(
+    frames = []
+    for flag in (True, False):
+        drawn = renderer(
             _scene(technique, ground=NOISE, wind=[BREEZE], object=[box], culling={test: flag}), samples=2
-        ).render(1.0, aovs=AOVS)
-        for flag in (True, False)
-    )
+        )
+        frames.append(drawn.render(1.0, aovs=AOVS))
+        drawn.release()  # the next takes over its programs
+    on, off = frames
     assert all(np.array_equal(on.truth[name], off.truth[name]) for name in on.truth)
     assert np.array_equal(on.image, off.image)
     assert on.counts.pixels == off.counts.pixels
@@ -459,7 +525,7 @@ def test_what_culling_leaves_out_does_not_show(renderer, technique, test):
 
 def test_counts_how_many_it_drew(renderer, technique):
     drawn = renderer(_scene(technique))
-    frame = drawn.render(aovs=["class", "blade-id"])
+    frame = drawn.render(aovs=["class", "blade_id"])
     if technique not in STORED:
         assert (frame.counts.considered, frame.counts.drawn) == (0, 0)
         assert frame.counts.pixels == _cover(frame)
@@ -469,6 +535,7 @@ def test_counts_how_many_it_drew(renderer, technique):
     assert frame.counts.pixels == _cover(frame)
 
 
+@pytest.mark.slow
 def test_without_the_test_of_distance_nothing_thins_out(renderer, technique):
     """Heads and all: more blades, of their own width, and none beyond the reach."""
     _needs_stored(technique)
@@ -499,6 +566,7 @@ def test_grass_casts_shadows(renderer, technique):
     assert images[True].mean() < images[False].mean() - 3
 
 
+@pytest.mark.slow
 def test_fewer_blades_still_cast_much_of_the_shade(renderer, technique):
     low_sun = {"azimuth_deg": 90.0, "elevation_deg": 30.0}
     mean = {}

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from greensward.scene import SceneError
+from greensward.scene import SceneError, SurfaceClass
 from greensward.techniques import FAR, TECHNIQUES
-from greensward.truth import CLASSES
 from live_objects import live_objects
 from small_scenes import BREEZE, GRASS, NOISE, small_scene
 
@@ -32,18 +31,19 @@ def _away(drawn, shape) -> np.ndarray:
     return along * np.linalg.norm(rays, axis=-1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("technique", BLADED)
-@pytest.mark.parametrize("shell", ["fragment", "compute"])
-def test_grass_goes_on_where_blades_end(renderer, technique, shell):
+@pytest.mark.parametrize("stage", ["fragment", "compute"])
+def test_grass_goes_on_where_blades_end(renderer, technique, stage):
     ended = _scene(technique, None, sowing={"reach_m": TRACED_M})
     scenes = ended, _scene(technique, None), _scene(technique)
-    short, long, far = (renderer(scene, shell=shell) for scene in scenes)
-    few, blades, both = (drawn.render(aovs=["class", "depth", "blade-id"]) for drawn in (short, long, far))
+    short, long, far = (renderer(scene, stage=stage) for scene in scenes)
+    few, blades, both = (drawn.render(aovs=["class", "depth", "blade_id"]) for drawn in (short, long, far))
     assert far.blades == short.blades
     away = _away(far, both.image.shape[:2])
     beyond, near = (away > 25.0) & (away < 45.0), both.truth["depth"] < 14.0
-    assert (few.truth["class"][beyond] == CLASSES["grass"]).mean() < 0.3
-    assert (both.truth["class"][beyond] == CLASSES["grass"]).mean() > 0.95
+    assert (few.truth["class"][beyond] == SurfaceClass.GRASS).mean() < 0.3
+    assert (both.truth["class"][beyond] == SurfaceClass.GRASS).mean() > 0.95
     assert both.truth["depth"][beyond].min() > 12.0
     assert len(np.unique(both.truth["blade_id"][beyond])) > 100
     # nearer than that nothing has changed
@@ -53,6 +53,7 @@ def test_grass_goes_on_where_blades_end(renderer, technique, shell):
     assert np.array_equal(blades.image[near], both.image[near])
 
 
+@pytest.mark.slow
 def test_the_seam_is_not_seen(renderer):
     """Cover and colour by distance are those of blades all the way, where blades end and beyond."""
     seen = []
@@ -63,7 +64,7 @@ def test_the_seam_is_not_seen(renderer):
         light = (frame.image / 255.0) ** 2.2
         for low, high in ((10.0, 15.0), (15.0, 20.0), (20.0, 28.0), (28.0, 40.0)):
             band = (away >= low) & (away < high)
-            seen.append([(frame.truth["class"][band] == CLASSES["grass"]).mean(), *light[band].mean(axis=0)[:2]])
+            seen.append([(frame.truth["class"][band] == SurfaceClass.GRASS).mean(), *light[band].mean(axis=0)[:2]])
     blades, both = np.array(seen).reshape(2, 4, 3)
     assert blades[:, 0].min() > 0.9
     ratio = both / blades
@@ -72,6 +73,7 @@ def test_the_seam_is_not_seen(renderer):
     assert np.abs(ratio[:, 1:] - 1.0).max() < 0.08
 
 
+@pytest.mark.slow
 def test_wind_moves_what_is_traced(renderer):
     drawn = renderer(_scene(wind=[BREEZE]))
     before, after = (drawn.render(time, aovs=["motion", "depth"]) for time in (0.0, 0.5))
@@ -80,32 +82,35 @@ def test_wind_moves_what_is_traced(renderer):
     assert np.abs(after.truth["motion"][far]).max() > 0.01
 
 
+@pytest.mark.slow
 def test_it_stands_on_hills_and_behind_objects(renderer):
     box = {"kind": "box", "position_m": [0.0, 0.0, -24.0], "size_m": [3.0, 3.0, 3.0]}
     drawn = renderer(_scene(ground=NOISE, object=[box], wind=[BREEZE]))
     truth = drawn.render(aovs=["class", "depth"]).truth
-    assert (truth["class"] == CLASSES["grass"]).mean() > 0.2
+    assert (truth["class"] == SurfaceClass.GRASS).mean() > 0.2
     bare = renderer(_scene(ground=NOISE, object=[box], grass=[])).render(aovs=["class", "depth"]).truth
-    shown = (truth["class"] == CLASSES["object"]) & (bare["class"] == CLASSES["object"])
+    shown = (truth["class"] == SurfaceClass.OBJECT) & (bare["class"] == SurfaceClass.OBJECT)
     assert shown.sum() > 10
-    assert (truth["depth"] <= bare["depth"] * 1.001 + 0.02)[bare["class"] != CLASSES["sky"]].all()
+    assert (truth["depth"] <= bare["depth"] * 1.001 + 0.02)[bare["class"] != SurfaceClass.SKY].all()
 
 
-@pytest.mark.parametrize("shell", ["fragment", "compute"])
-def test_every_resource_is_released(ctx, renderer, shell):
-    before = live_objects(ctx)
-    drawn = renderer(_scene(water={"level_m": -1.0}), shell=shell)
+@pytest.mark.slow
+@pytest.mark.parametrize("stage", ["fragment", "compute"])
+def test_every_resource_is_released(device, renderer, stage):
+    before = live_objects(device)
+    drawn = renderer(_scene(water={"level_m": -1.0}), stage=stage)
     drawn.render()
     drawn.release()
-    assert live_objects(ctx) == before
+    assert live_objects(device) == before
 
 
+@pytest.mark.slow
 def test_fields_without_end(renderer):
     """Blades that are not stored end there as well."""
     drawn = renderer(_scene(sowing={"stored_m": 5.0}))
     truth = drawn.render(aovs=["class"]).truth
     away = _away(drawn, truth["class"].shape)
-    assert (truth["class"][(away > 8.0) & (away < 50.0)] == CLASSES["grass"]).mean() > 0.9
+    assert (truth["class"][(away > 8.0) & (away < 50.0)] == SurfaceClass.GRASS).mean() > 0.9
 
 
 def test_what_cannot_be_traced_is_refused(renderer):
@@ -120,4 +125,4 @@ def test_what_cannot_be_traced_is_refused(renderer):
 def test_a_bare_field_has_nothing_to_trace(renderer):
     for bare in ({"sowing": {"density_per_m2": 0.0}}, {"grass": [{**GRASS, "share": 0.0}]}, {"grass": []}):
         truth = renderer(_scene(**bare)).render(aovs=["class"]).truth
-        assert not (truth["class"] == CLASSES["grass"]).any()
+        assert not (truth["class"] == SurfaceClass.GRASS).any()

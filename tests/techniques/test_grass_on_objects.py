@@ -3,17 +3,18 @@
 import numpy as np
 import pytest
 
+from greensward.scene import SurfaceClass
 from greensward.techniques import TECHNIQUES
-from greensward.truth import CLASSES
 from reprojection import world_points
 from small_scenes import GRASS, small_scene, with_pictures
 
-NAMES = [each.name for each in TECHNIQUES if each.draws_field(each.Settings())]
+NAMES = [each.name for each in TECHNIQUES if each.needs(each.Settings()).stored]
 pytestmark = pytest.mark.parametrize("technique", NAMES)
 _FUR = {"density_per_m2": 80.0}
 _FLOWERS = {**GRASS, "height_m": [0.15, 0.3], "head": "daisy", "head_size_m": [0.06, 0.09]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["turns", "slides", "both", "tumbles"])
 def test_grass_moves_as_its_object_does(renderer, technique, way):
     path = {
@@ -44,8 +45,8 @@ def test_grass_moves_as_its_object_does(renderer, technique, way):
     )
     drawn = renderer(scene, size=(200, 120), scripts=scripts)
     drawn.render(0.5)
-    truth = drawn.render(0.55, aovs=("motion", "depth", "class", "blade-id")).truth
-    page = next(page for page in drawn._world.field.pages if page.thing is not None)
+    truth = drawn.render(0.55, aovs=("motion", "depth", "class", "blade_id")).truth
+    page = next(page for page in drawn._world.field.pages if page.object_index is not None)
     ids = truth["blade_id"].astype(int) - page.first_id
     mine = (truth["blade_id"] > 0) & (ids >= 0) & (ids < page.count)
     now, then = (drawn._world.placing.at(time_s)[0] for time_s in (0.55, 0.5))
@@ -61,9 +62,9 @@ def test_grass_moves_as_its_object_does(renderer, technique, way):
     kind = truth["class"][mine]
     assert np.linalg.norm(expected, axis=1).max() > 1.0
     for each in ("grass", "flower"):
-        assert (kind == CLASSES[each]).sum() > 100, each
+        assert (kind == SurfaceClass[each.upper()]).sum() > 100, each
         allowed = 0.5 if way == "tumbles" else 0.02
-        assert np.quantile(error[kind == CLASSES[each]], 0.95) < allowed, each
+        assert np.quantile(error[kind == SurfaceClass[each.upper()]], 0.95) < allowed, each
 
 
 def _tumbled(axis: np.ndarray, time_s: float) -> np.ndarray:
@@ -85,8 +86,8 @@ def test_the_map_of_the_ground_does_not_colour_grass_on_objects(renderer, techni
         object=[{"kind": "box", "position_m": [0.0, 0.0, 0.0], "size_m": [1.6, 0.6, 1.0], "grass": _FUR}],
     )
     drawn = renderer(scene)
-    truth = drawn.render(aovs=("albedo", "blade-id")).truth
-    page = next(page for page in drawn._world.field.pages if page.thing is not None)
+    truth = drawn.render(aovs=("albedo", "blade_id")).truth
+    page = next(page for page in drawn._world.field.pages if page.object_index is not None)
     ids = truth["blade_id"].astype(int)
     on_object = (ids >= page.first_id) & (ids < page.first_id + page.count)
     on_ground = (ids > 0) & ~on_object
@@ -97,11 +98,12 @@ def test_the_map_of_the_ground_does_not_colour_grass_on_objects(renderer, techni
     assert (red_of < green_of)[on_object].all()
 
 
+@pytest.mark.slow
 def test_heads_come_as_a_blade_nears_its_height(renderer, technique):
     def flowers(age: float | None) -> int:
         growth = {} if age is None else {"growth": {"age": age, "time_s": 1e9, "spread": 0.0}}
         scene = small_scene(technique={"name": technique}, grass=[_FLOWERS], **growth)
-        return int((renderer(scene).render(aovs=("class",)).truth["class"] == CLASSES["flower"]).sum())
+        return int((renderer(scene).render(aovs=("class",)).truth["class"] == SurfaceClass.FLOWER).sum())
 
     counts = [flowers(age) for age in (0.1, 0.3, 0.7, 0.85, 1.0)]
     assert counts[:2] == [0, 0]

@@ -5,19 +5,18 @@ import pytest
 from PIL import Image
 
 from blades import BLADE
-from greensward.culling.patches import Grid, patches_in_view
 from greensward.ground import HeightField
-from greensward.scene import InputError, SceneError
+from greensward.scene import InputError, SceneError, SurfaceClass
+from greensward.sowing.pattern import Grid, patches_in_view
 from greensward.techniques import chosen
 from greensward.techniques.tessellated_quads.pictures import blade_pictures, outline
-from greensward.truth import CLASSES
 from greensward.viewpoint import camera_view
 from oracles import quads, shapes
 from shader_calls import shader_call
 from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
 
 _GLSL = "techniques/tessellated_quads/quad.glsl"
-_GRASS = CLASSES["grass"]
+_GRASS = SurfaceClass.GRASS
 _FULL = {"full_density_m": 60.0, "reach_m": 30.0}
 
 
@@ -39,7 +38,7 @@ def _double(inputs):
     return {name: values.astype(np.float64) for name, values in inputs.items()}
 
 
-def test_equation_2(ctx):
+def test_equation_2(device):
     given = _random()
     given["a"][:, 1] = 0
     given["a"] /= np.linalg.norm(given["a"], axis=1, keepdims=True)
@@ -47,52 +46,52 @@ def test_equation_2(ctx):
     expected = quads.corners(exact["b"], exact["a"], exact["r"], exact["s"])
     for k in range(4):
         body = f"vec3 corners[4]; outline(b, a, vec3(0, 1, 0), r, s, corners); result = corners[{k}];"
-        assert np.allclose(shader_call(ctx, _GLSL, body, given, "vec3"), expected[:, k], atol=1e-5)
+        assert np.allclose(shader_call(device, _GLSL, body, given, "vec3"), expected[:, k], atol=1e-5)
 
 
-def test_equation_3(ctx):
+def test_equation_3(device):
     given, exact = _random(), _double(_random())
-    result = shader_call(ctx, _GLSL, "tipOffset(r, vec2(s, t))", given, "vec2")
+    result = shader_call(device, _GLSL, "tipOffset(r, vec2(s, t))", given, "vec2")
     assert np.allclose(result, quads.offset(exact["r"], exact["s"], exact["t"])[:, [0, 2]], atol=1e-6)
 
 
-def test_equations_4_and_5(ctx):
+def test_equations_4_and_5(device):
     given, exact = _random(), _double(_random())
-    result = shader_call(ctx, _GLSL, "levelByDistance(8.0, 50.0 * r, 30.0)", given, "float")
+    result = shader_call(device, _GLSL, "levelByDistance(8.0, 50.0 * r, 30.0)", given, "float")
     expected = quads.level_by_distance(8.0, 50.0 * exact["r"], 30.0)
     assert (result == expected).mean() > 0.99, "but where it steps"
     assert expected.min() == 0
     assert expected.max() == 8
-    result = shader_call(ctx, _GLSL, "levelBySize(12.0, r, s - t, 360.0, 20.0)", given, "float")
+    result = shader_call(device, _GLSL, "levelBySize(12.0, r, s - t, 360.0, 20.0)", given, "float")
     expected = quads.level_by_size(12.0, exact["r"], exact["s"] - exact["t"], 360.0, 20.0)
     assert (result == expected).mean() > 0.99
     assert (expected.min(), expected.max()) == (1, 12)
 
 
-def test_equation_6(ctx):
+def test_equation_6(device):
     given, exact = _random(), _double(_random())
-    result = shader_call(ctx, _GLSL, "controlPoint(a, b, vec3(0, 1, 0), vec2(r, s))", given, "vec3")
+    result = shader_call(device, _GLSL, "controlPoint(a, b, vec3(0, 1, 0), vec2(r, s))", given, "vec3")
     assert np.allclose(result, quads.control(exact["a"], exact["b"], exact["r"], exact["s"]), atol=1e-5)
 
 
-def test_the_control_point_stands_above_the_root_at_the_height_of_the_tip(ctx):
+def test_the_control_point_stands_above_the_root_at_the_height_of_the_tip(device):
     """As section 5.1 has it in words; on any surface, above means along its normal."""
     given = _random()
     up = given["c"] / np.linalg.norm(given["c"], axis=1, keepdims=True)
-    result = shader_call(ctx, _GLSL, "controlPoint(a, b, c, vec2(1.0, 0.0))", {**given, "c": up}, "vec3")
+    result = shader_call(device, _GLSL, "controlPoint(a, b, c, vec2(1.0, 0.0))", {**given, "c": up}, "vec3")
     height = np.einsum("ij,ij->i", given["b"] - given["a"], up)[:, None]
     assert np.allclose(result, given["a"] + height * up, atol=1e-5)
 
 
-def test_equation_7(ctx):
+def test_equation_7(device):
     given, exact = _random(), _double(_random())
     point, tangent = quads.spline(exact["a"], exact["b"], exact["c"], exact["r"])
     for name, expected in (("spline(a, b, c, r, tangent)", point), ("tangent", tangent)):
         body = f"vec3 tangent, p = spline(a, b, c, r, tangent); result = {'p' if 'spline' in name else name};"
-        assert np.allclose(shader_call(ctx, _GLSL, body, given, "vec3"), expected, atol=2e-5)
+        assert np.allclose(shader_call(device, _GLSL, body, given, "vec3"), expected, atol=2e-5)
 
 
-def test_equation_8(ctx):
+def test_equation_8(device):
     given = _random()
     for name in ("b", "d"):
         given[name] /= np.linalg.norm(given[name], axis=1, keepdims=True)
@@ -102,7 +101,7 @@ def test_equation_8(ctx):
     well &= np.linalg.norm(np.cross(expected[2], expected[1]), axis=1) > 0.1
     assert well.mean() > 0.8
     for name, values in zip(("position", "bitangent", "tangent", "normal"), expected, strict=True):
-        result = shader_call(ctx, _GLSL, f"pointOn(a, b, c, d, r).{name}", given, "vec3")
+        result = shader_call(device, _GLSL, f"pointOn(a, b, c, d, r).{name}", given, "vec3")
         assert np.allclose(result[well], values[well], atol=1e-4), name
 
 
@@ -115,9 +114,9 @@ def test_equation_8(ctx):
     ],
     ids=["10", "11", "12"],
 )
-def test_equations_10_to_12(ctx, call, twin):
+def test_equations_10_to_12(device, call, twin):
     path = "techniques/tessellated_quads/variation.glsl"
-    result, expected = shader_call(ctx, path, call, _random(), "float"), twin(_double(_random()))
+    result, expected = shader_call(device, path, call, _random(), "float"), twin(_double(_random()))
     close = np.isclose(result, expected, atol=2e-4)
     assert close.mean() > 0.99, "but where a fraction wraps around"
 
@@ -133,6 +132,7 @@ def test_outlines_are_those_of_other_techniques(shape):
 # Both modes -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_both_modes_show_alike(renderer):
     """Other blades, but as much grass of the same colour."""
     frames = [
@@ -205,7 +205,7 @@ def test_maps_are_read_where_the_blade_stands(renderer, tmp_path):
 
 def test_ids_of_instances_are_unique_in_a_picture(renderer):
     drawn = renderer(_instanced())
-    frame = drawn.render(aovs=["blade-id", "depth"])
+    frame = drawn.render(aovs=["blade_id", "depth"])
     shown = np.unique(frame.truth["blade_id"])
     assert len(shown) > 300
     assert len(shown) - 1 <= frame.counts.drawn <= frame.counts.considered
@@ -239,7 +239,7 @@ def test_thinning_leaves_out_more_with_distance(renderer, scene):
     frames = [
         renderer(
             scene({"thinning": thinning}, sowing={**_FULL, "density_per_m2": 4.0}, camera=high), size=(320, 180)
-        ).render(aovs=["blade-id", "depth"])
+        ).render(aovs=["blade_id", "depth"])
         for thinning in (0.0, 1.0)
     ]
     near, far = (_shown_between(frames[1], *ring) / _shown_between(frames[0], *ring) for ring in ((8, 14), (21, 25)))
@@ -258,6 +258,7 @@ def test_shrinking_lowers_the_far_ones(renderer, scene):
     assert tops[1] > tops[0] + 1, "the far edge of the grass lies lower in the picture"
 
 
+@pytest.mark.slow
 def test_nothing_pops_while_the_camera_comes_closer(renderer):
     """Cover grows and shrinks smoothly: a step of a centimetre changes few pixels at once."""
     drawn = renderer(_instanced({"thinning": 1.0, "densities": 3}, sowing=_FULL), samples=4)
@@ -269,6 +270,7 @@ def test_nothing_pops_while_the_camera_comes_closer(renderer):
     assert np.abs(np.diff(covers)).max() < 0.006
 
 
+@pytest.mark.slow
 def test_levels(renderer):
     """More quads follow a bent blade more closely; what reaches the limit of the driver still draws."""
     near = {"position_m": [0.0, 0.5, 1.5], "target_m": [0.0, 0.2, -1.0]}
@@ -357,7 +359,7 @@ def test_a_texture_colours_the_blade_and_the_vegetation_map_wins(renderer, tmp_p
 def test_blades_of_one_texture_differ_and_are_darker_at_the_root(renderer, tmp_path):
     grey = np.full((8, 8, 3), 160, np.uint8)
     scene = _blade_scene(tmp_path, {"grey.png": grey}, {"diffuse_texture": "grey.png"})
-    truth = renderer(scene, size=(320, 180)).render(aovs=["albedo", "blade-id", "class"]).truth
+    truth = renderer(scene, size=(320, 180)).render(aovs=["albedo", "blade_id", "class"]).truth
     ids, albedo = truth["blade_id"], truth["albedo"]
     big = [i for i in np.unique(ids)[1:] if (ids == i).sum() > 60]
     means = np.array([albedo[ids == i].mean(axis=0) for i in big])
@@ -490,11 +492,11 @@ def test_the_hierarchy_finds_what_testing_each_patch_finds(grid):
 
 
 def test_the_hierarchy_looks_at_few_nodes_of_a_large_field(monkeypatch):
-    from greensward.culling import patches
+    from greensward.sowing import pattern
 
     looked = []
-    tested = patches._shown
-    monkeypatch.setattr(patches, "_shown", lambda *a: looked.append(len(a[2])) or tested(*a))
+    tested = pattern._shown
+    monkeypatch.setattr(pattern, "_shown", lambda *a: looked.append(len(a[2])) or tested(*a))
     view = _view({"position_m": [0.0, 1.7, 4.0], "target_m": [0.0, 1.0, -20.0]})
     for each_way in (64, 16384):
         looked.clear()

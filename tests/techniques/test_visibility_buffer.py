@@ -1,14 +1,13 @@
 """Blades filled by compute shaders: the same pixels as the pipeline fills, and as float64 says."""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import greensward.techniques.visibility_buffer as visibility_buffer
-from blades import read_blades, read_postures, up_of
-from greensward.scene import Camera, InputError
-from greensward.truth import CLASSES
+from blades import read_blades, read_poses, up_of
+from greensward.scene import Camera, InputError, SurfaceClass
 from greensward.viewpoint import camera_view
 from oracles import culling, strips
 from small_scenes import BREEZE, GRASS, NOISE, small_scene
@@ -23,7 +22,7 @@ def _scene(technique="visibility-buffer", settings=None, **tables):
 
 
 def _ids(renderer, scene, time_s=1.0, **options):
-    return renderer(scene, **options).render(time_s, aovs=["blade-id", "depth", "class"]).truth
+    return renderer(scene, **options).render(time_s, aovs=["blade_id", "depth", "class"]).truth
 
 
 def _both(renderer, size=(320, 180), settings=None, **tables):
@@ -32,6 +31,7 @@ def _both(renderer, size=(320, 180), settings=None, **tables):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "tables",
     [
@@ -60,17 +60,18 @@ def test_same_blades_at_the_same_pixels_as_the_pipeline(renderer, tables):
     assert (pipeline["class"] == filled["class"]).mean() >= 0.998
 
 
+@pytest.mark.slow
 def test_every_pixel_shows_the_blade_that_float64_finds_there(renderer):
     """Three segments each, of their own width and side, so that the outline follows from the blade alone."""
     size, settings = (128, 72), {"max_level": 3, "error_px": 1e-3, "min_width_px": 0.0, "edge_on": "drop"}
     scene = _scene(settings=settings, sowing={**EVERY_BLADE, "density_per_m2": 20.0}, wind=[BREEZE])
     drawn = renderer(scene, size=size)
-    truth = drawn.render(1.0, aovs=["blade-id", "depth"]).truth
+    truth = drawn.render(1.0, aovs=["blade_id", "depth"]).truth
     (page,) = drawn._world.field.pages
-    blades, posture = read_blades(drawn._world.field), read_postures(page)[:, 0]
+    blades, pose = read_blades(drawn._world.field), read_poses(page)[:, 0]
     view = camera_view(scene.camera, drawn._world.ground.heights, size)
     root = blades["root"].astype(np.float64)
-    control, tip = root + posture[:, 0], root + posture[:, 1]
+    control, tip = root + pose[:, 0], root + pose[:, 1]
     chord = (tip - root) / np.linalg.norm(tip - root, axis=1, keepdims=True)
     side = _across(up_of(blades), blades["facing"].astype(np.float64), chord)
     middle = 0.25 * root + 0.5 * control + 0.25 * tip
@@ -103,6 +104,7 @@ def _across(up, facing, chord):
     return across / np.linalg.norm(across, axis=1, keepdims=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threshold", [-1.0, 1e9], ids=["by rows", "by blades"])
 def test_no_cracks_between_segments(renderer, monkeypatch, threshold):
     """Blades as broad as the picture, in 32 segments, close the view."""
@@ -111,12 +113,18 @@ def test_no_cracks_between_segments(renderer, monkeypatch, threshold):
     camera = {"position_m": [0.0, 1.0, 4.0], "target_m": [0.0, 1.0, 0.0], "fov_y_deg": 25.0}
     truth = _ids(
         renderer,
-        _scene(settings={"max_level": 32, "error_px": 0.01}, grass=[broad], camera=camera),
+        _scene(
+            settings={"max_level": 32, "error_px": 0.01},
+            grass=[broad],
+            camera=camera,
+            sowing={**EVERY_BLADE, "density_per_m2": 3.0},
+        ),
         size=(320, 180),
     )
-    assert (truth["class"] == CLASSES["grass"]).all()
+    assert (truth["class"] == SurfaceClass.GRASS).all()
 
 
+@pytest.mark.slow
 def test_large_blades_by_rows_show_the_same(renderer, monkeypatch):
     scene, results = _scene(wind=[BREEZE]), []
     for threshold in (-1.0, 60.0, 1e9):
@@ -126,13 +134,13 @@ def test_large_blades_by_rows_show_the_same(renderer, monkeypatch):
         assert (other["blade_id"] == results[0]["blade_id"]).mean() > 0.9995
 
 
-def test_one_64_bit_run_or_two_of_32_give_the_same_picture(renderer, ctx, monkeypatch):
-    if not visibility_buffer.has_wide_atomics(ctx):
+def test_one_64_bit_run_or_two_of_32_give_the_same_picture(renderer, device, monkeypatch):
+    if not device.features.wide_atomics:
         pytest.skip("this driver has no 64-bit atomics")
     scene, size = _scene(wind=[BREEZE]), (640, 360)
-    wide = renderer(scene, size=size).render(1.0, aovs=["blade-id", "depth"])
-    monkeypatch.setattr(visibility_buffer, "has_wide_atomics", lambda _: False)
-    narrow = renderer(scene, size=size).render(1.0, aovs=["blade-id", "depth"])
+    wide = renderer(scene, size=size).render(1.0, aovs=["blade_id", "depth"])
+    monkeypatch.setattr(device, "features", replace(device.features, wide_atomics=False))
+    narrow = renderer(scene, size=size).render(1.0, aovs=["blade_id", "depth"])
     assert wide.image.tobytes() == narrow.image.tobytes()
     np.testing.assert_array_equal(wide.truth["blade_id"], narrow.truth["blade_id"])
 
@@ -173,10 +181,9 @@ def test_nothing_shows_beyond_the_far_plane(renderer):
     ("size", "told"),
     [((8, 8), "shadows.size_px: must be at most 45 "), ((128, 64), "size: must have at most 0 million pixels")],
 )
-def test_more_pixels_than_there_are_cells_are_refused(renderer, monkeypatch, size, told):
+def test_more_pixels_than_a_storage_block_holds_are_refused(device, renderer, monkeypatch, size, told):
     drawn = renderer(_scene(shadows={"enabled": True, "size_px": 64, "cascades": 1}), size=size)
-    info = {"GL_MAX_SHADER_STORAGE_BLOCK_SIZE": 2048 * 4}
-    monkeypatch.setattr(drawn._technique, "_ctx", SimpleNamespace(info=info))
+    monkeypatch.setattr(device, "limits", replace(device.limits, storage_block_bytes=2048 * 4))
     with pytest.raises(InputError, match=told):
         drawn.render()
     monkeypatch.undo()

@@ -7,7 +7,7 @@ import greensward as gs
 from greensward.scene import SceneError
 from greensward.scene.base import models_in
 from greensward.techniques import SETTINGS
-from greensward.viewer.fields import can_be_made, fields_of, fresh, reach, value_at, walk, with_value
+from greensward.viewer.fields import all_keys, can_be_made, fields_of, new_table, slider_range, value_at, with_value
 
 
 def _models(model: type[BaseModel], found: set[type[BaseModel]]) -> set[type[BaseModel]]:
@@ -41,7 +41,7 @@ def test_every_key_has_help_and_a_kind(model):
 def test_sliders_hold_the_usual_value_and_stay_within_limits(model):
     for spec in fields_of(model):
         if spec.kind in ("number", "count") and spec.default is not None:
-            low, high = reach(spec, float(spec.default))
+            low, high = slider_range(spec, float(spec.default))
             assert low <= spec.default <= high, spec.name
             assert low < high
             assert spec.low is None or low >= spec.low
@@ -49,22 +49,22 @@ def test_sliders_hold_the_usual_value_and_stay_within_limits(model):
 
 
 def test_units_and_ranges_come_from_the_models():
-    specs = {spec.name: spec for spec in fields_of(gs.Gusts)}
+    specs = {spec.name: spec for spec in fields_of(gs.winds.Gusts)}
     assert (specs["speed_mps"].unit, specs["speed_mps"].label) == ("m/s", "speed")
     assert (specs["gustiness"].low, specs["gustiness"].high) == (0.0, 1.0)
     assert {spec.name: spec for spec in fields_of(gs.Sowing)}["density_per_m2"].unit == "/m²"
-    assert {spec.name: spec for spec in fields_of(gs.Grass)}["height_m"].span
+    assert {spec.name: spec for spec in fields_of(gs.Grass)}["height_m"].is_range
 
 
 def test_a_slider_reaches_to_a_value_beyond_the_usual():
     spec = next(spec for spec in fields_of(gs.Sowing) if spec.name == "reach_m")
-    assert reach(spec, 50_000.0)[1] >= 50_000.0
+    assert slider_range(spec, 50_000.0)[1] >= 50_000.0
 
 
 @pytest.mark.parametrize("name", gs.presets())
 def test_every_key_of_the_presets_can_be_set_to_what_it_is(name):
     scene = gs.load(name)
-    for path, spec in walk(scene):
+    for path, spec in all_keys(scene):
         if spec.name == "species":
             continue  # it brings keys of its own
         assert with_value(scene, path, value_at(scene, path)) == scene, path
@@ -99,4 +99,4 @@ def test_settings_of_the_technique_are_keys_of_its_table():
 def test_a_new_table_of_every_kind_can_be_made(model):
     if any(field.is_required() and name in ("times_s",) for name, field in model.model_fields.items()):
         pytest.skip("a path of an object is written, not made")
-    assert isinstance(fresh(model, (3.0, 0.0, -2.0)), model)
+    assert isinstance(new_table(model, (3.0, 0.0, -2.0)), model)

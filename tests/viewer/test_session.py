@@ -1,4 +1,4 @@
-"""A person's deeds as calls: changing, painting, undoing, opening and saving."""
+"""Edits of a session: changing, painting, undoing, opening and saving."""
 
 import tomllib
 from pathlib import Path
@@ -10,38 +10,38 @@ from PIL import Image
 import greensward as gs
 from greensward.scene.load import preset_file
 from greensward.techniques import TECHNIQUES
-from greensward.viewer.brushes import MOWN, Brush, canvas_of, paint, thinned, track
+from greensward.viewer.brushes import MOWN, Brush, paint, paintable_map, simplified, track
 from greensward.viewer.saving import free_name
 from greensward.viewer.session import Session
 
 
 @pytest.fixture
 def session():
-    made = Session("field", gs.Scene(ground=gs.FlatGround(size_m=(40, 40))))
+    made = Session("field", gs.Scene(ground=gs.grounds.FlatGround(size_m=(40, 40))))
     yield made
     made.close()
 
 
-def _stroke(session, tool, *spots, **brush):
+def _stroke(session, tool, *points, **brush):
     session.tool, session.brush = tool, Brush(**brush)
-    for spot in spots:
-        session.touch(spot)
-    session.lift()
+    for point in points:
+        session.extend_stroke(point)
+    session.end_stroke()
 
 
 def _map(session):
     return np.asarray(Image.open(session.scene.resolve(session.scene.sowing.density_map)))
 
 
-def test_a_change_is_checked_told_and_undone(session):
+def test_a_change_is_validated_reported_and_undone(session):
     assert session.change(("sun", "elevation_deg"), 40.0)
     assert session.unsaved
     assert not session.change(("sun", "elevation_deg"), 400.0)
-    assert session.notices.pop().text == "sun.elevation_deg: must be at most 90 (got 400.0)"
+    assert session.messages.pop().text == "sun.elevation_deg: must be at most 90 (got 400.0)"
     assert session.scene.sun.elevation_deg == 40.0
     session.undo()
     assert not session.unsaved
-    assert session.notices.pop().text == "Undone: sun, elevation"
+    assert session.messages.pop().text == "Undone: sun, elevation"
 
 
 def test_every_technique_and_back_keeps_its_settings(session):
@@ -57,21 +57,21 @@ def test_every_technique_and_back_keeps_its_settings(session):
     assert session.scene.technique.model_extra == {"roundness": 0.2}
 
 
-def test_a_technique_that_cannot_draw_the_scene_is_told_and_left(session):
+def test_a_technique_that_cannot_draw_the_scene_is_reported_and_not_used(session):
     session.change(("sowing", "stored_m"), 20.0)
     assert not session.use_technique("bezier-blades")
-    assert "sowing.stored_m" in session.notices.pop().text
+    assert "sowing.stored_m" in session.messages.pop().text
     assert session.scene.technique.name == "visibility-buffer"
 
 
-def test_a_wrong_setting_is_told(session):
+def test_an_invalid_setting_is_reported(session):
     assert not session.change(("technique", "roundness"), 7.0)
-    assert "technique.roundness: must be at most 1" in session.notices.pop().text
+    assert "technique.roundness: must be at most 1" in session.messages.pop().text
 
 
 def test_tables_come_and_go(session):
-    assert session.add(("wind",), gs.Whirl)
-    assert session.add(("object",), gs.Box)
+    assert session.add(("wind",), gs.winds.Whirl)
+    assert session.add(("object",), gs.objects.Box)
     assert session.add(("simulation",), gs.Simulation)
     assert [wind.kind for wind in session.scene.wind] == ["gusts", "whirl"]
     assert session.scene.simulation is not None
@@ -80,12 +80,12 @@ def test_tables_come_and_go(session):
     assert [wind.kind for wind in session.scene.wind] == ["whirl"]
     assert session.scene.simulation is None
     for _ in range(7):
-        assert session.add(("wind",), gs.Gusts)
-    assert not session.add(("wind",), gs.Gusts)
-    assert "at most 8" in session.notices.pop().text
+        assert session.add(("wind",), gs.winds.Gusts)
+    assert not session.add(("wind",), gs.winds.Gusts)
+    assert "at most 8" in session.messages.pop().text
 
 
-def test_mowing_lowers_the_blue_of_the_density_map_along_the_way(session):
+def test_mowing_lowers_the_blue_of_the_density_map_along_the_path(session):
     _stroke(session, "mow", (0.0, -5.0), (0.0, 5.0), radius_m=1.0)
     pixels = _map(session)
     rows, columns = pixels.shape[:2]
@@ -93,7 +93,7 @@ def test_mowing_lowers_the_blue_of_the_density_map_along_the_way(session):
     assert (pixels[..., :2] == 255).all()
     mown = (pixels[..., 2] < 200).sum() * 40.0 / rows * 40.0 / columns
     assert mown == pytest.approx(10 * 2 + np.pi, rel=0.15)
-    assert session.history.undoes == "mow"
+    assert session.history.undo_label == "mow"
     _stroke(session, "thin", (8.0, 8.0), radius_m=2.0)
     assert _map(session)[round(28 / 40 * rows), round(28 / 40 * columns), 0] == 0
     _stroke(session, "sow", (8.0, 8.0), (0.0, 0.0), radius_m=40.0)
@@ -106,7 +106,7 @@ def test_mowing_lowers_the_blue_of_the_density_map_along_the_way(session):
 
 def test_sowing_a_full_field_says_how_to_have_more(session):
     _stroke(session, "sow", (0.0, 0.0))
-    assert "density_per_m2" in session.notices.pop().text
+    assert "density_per_m2" in session.messages.pop().text
     assert session.scene.sowing.density_map is None
 
 
@@ -128,32 +128,32 @@ def test_pressing_lays_one_track_a_stroke(session):
     for i in range(9):
         _stroke(session, "press", (float(i), 0.0), (float(i), 1.0))
     assert len(session.scene.force) == 8
-    assert "at most 8" in session.notices[-1].text
+    assert "at most 8" in session.messages[-1].text
 
 
 def test_long_strokes_fit_into_a_table():
-    spots = [(0.01 * i, 0.0) for i in range(20_000)]
-    assert len(thinned(spots, 0.0)) <= 256
-    assert thinned(spots, 0.0)[0] == spots[0]
+    points = [(0.01 * i, 0.0) for i in range(20_000)]
+    assert len(simplified(points, 0.0)) <= 256
+    assert simplified(points, 0.0)[0] == points[0]
     assert track([(1.0, 2.0)], Brush()).path[0] == (1.0, 2.0)
 
 
-def test_a_canvas_keeps_the_map_that_is_there():
+def test_a_paintable_map_keeps_the_existing_one():
     scene = gs.load("jahrmann2013-oasis")
-    canvas = canvas_of(scene)
-    assert canvas.shape[0] >= 1024
+    density_map = paintable_map(scene)
+    assert density_map.shape[0] >= 1024
     there = np.asarray(Image.open(scene.resolve(scene.sowing.density_map)).convert("RGB"))
-    assert abs(canvas[..., 0].mean() - there[..., 0].mean()) < 1.0
-    before = canvas.copy()
-    assert paint(canvas, scene.ground.size_m, [(-70.0, -70.0)], "thin", Brush(2.0, 0.5))
-    changed = (canvas != before).any(axis=-1)
+    assert abs(density_map[..., 0].mean() - there[..., 0].mean()) < 1.0
+    before = density_map.copy()
+    assert paint(density_map, scene.ground.size_m, [(-70.0, -70.0)], "thin", Brush(2.0, 0.5))
+    changed = (density_map != before).any(axis=-1)
     assert 0 < changed.mean() < 0.01
 
 
 def test_scenes_without_ground_cannot_be_painted():
     session = Session("planet")
     _stroke(session, "mow", (0.0, 0.0))
-    assert "no ground" in session.notices.pop().text
+    assert "no ground" in session.messages.pop().text
     session.close()
 
 
@@ -188,7 +188,7 @@ def test_the_first_brush_shows_in_the_map_of_any_ground(session):
     assert session.brush.radius_m == 0.8
     assert 1.5 < large.brush.radius_m < 2.0
     _stroke(large, "mow", (0.3, -8.0), (0.3, 8.0), radius_m=large.brush.radius_m)
-    assert canvas_of(large.scene)[..., 2].min() < 90
+    assert paintable_map(large.scene)[..., 2].min() < 90
     large.close()
 
 
@@ -228,9 +228,9 @@ def test_what_could_not_be_read_again_is_not_written(tmp_path):
     file.write_text("seed = 3\n")
     session = Session(str(file))
     camera = session.scene.camera.model_copy(update={"position_m": (1e9, 0.0, 0.0)})  # as no model lets through
-    session.put(session.scene.model_copy(update={"camera": camera}).in_folder(tmp_path), "somehow")
+    session.apply(session.scene.model_copy(update={"camera": camera}).in_folder(tmp_path), "somehow")
     assert not session.save()
-    assert "could not be read again" in session.notices.pop().text
+    assert "could not be loaded again" in session.messages.pop().text
     assert file.read_text() == "seed = 3\n"
     session.close()
 
@@ -242,22 +242,22 @@ def test_what_is_write_protected_stays(tmp_path, monkeypatch):
     session.change(("seed",), 4)
     monkeypatch.setattr("os.access", lambda *_: False)
     assert not session.save()
-    assert "write-protected" in session.notices.pop().text
+    assert "write-protected" in session.messages.pop().text
     assert file.read_text() == "seed = 3\n"
     session.close()
 
 
 def test_a_view_that_a_scene_cannot_have_is_not_kept(session):
-    session.walker.position_ws[:] = (1e7, 2.0, 3.0)
+    session.controller.position_ws[:] = (1e7, 2.0, 3.0)
     session.keep_view()
-    assert all(notice.bad for notice in session.notices)
+    assert all(message.error for message in session.messages)
     assert not session.unsaved
 
 
 def test_files_of_a_preset_come_along_when_it_is_saved(tmp_path):
     session = Session("jahrmann2013-oasis")
     assert not session.save()
-    assert "preset" in session.notices.pop().text
+    assert "preset" in session.messages.pop().text
     session.change(("seed",), 5)
     assert session.save(tmp_path / "mine.toml")
     assert gs.load(tmp_path / "mine.toml") == session.scene
@@ -280,10 +280,10 @@ def test_a_preset_that_is_saved_keeps_its_comments(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", ["scene.png", "nowhere/scene.toml"])
-def test_a_bad_place_to_save_is_told_and_nothing_is_written(tmp_path, session, name):
+def test_an_invalid_path_is_reported_and_nothing_is_written(tmp_path, session, name):
     session.change(("seed",), 5)
     assert not session.save(tmp_path / name)
-    assert session.notices.pop().bad
+    assert session.messages.pop().error
     assert session.unsaved
     assert list(tmp_path.iterdir()) == []
 
@@ -292,9 +292,9 @@ def test_opening_what_is_broken_keeps_what_is_open(tmp_path, session):
     (tmp_path / "bad.toml").write_text("[sun]\nelevation = 3\n")
     before = session.scene
     assert not session.open(str(tmp_path / "bad.toml"))
-    assert "sun.elevation: unknown key" in session.notices.pop().text
+    assert "sun.elevation: unknown key" in session.messages.pop().text
     assert not session.open("meadwo")
-    assert "did you mean meadow" in session.notices.pop().text
+    assert "did you mean meadow" in session.messages.pop().text
     assert session.scene is before
     assert session.open("yan2024-random")
     assert session.origin.file is None
@@ -314,12 +314,12 @@ def test_reading_a_file_again_can_be_undone(tmp_path):
 
 
 def test_the_view_can_be_kept(session):
-    session.walker.position_ws[:] = (1.0, 2.0, 3.0)
+    session.controller.position_ws[:] = (1.0, 2.0, 3.0)
     session.keep_view()
     assert session.scene.camera.position_m == (1.0, 2.0, 3.0)
-    session.walker.position_ws[:] = (9.0, 2.0, 3.0)
-    session.go_back()
-    assert session.walker.position_ws == pytest.approx([1.0, 2.0, 3.0])
+    session.controller.position_ws[:] = (9.0, 2.0, 3.0)
+    session.reset_camera()
+    assert session.controller.position_ws == pytest.approx([1.0, 2.0, 3.0])
 
 
 def test_names_of_new_files_count_on(tmp_path):

@@ -15,11 +15,16 @@ pytest.importorskip("imgui_bundle", reason="the extra viewer is not installed", 
 from driving import Driver
 
 import greensward as gs  # isort: skip
-from greensward.gpu import program
+from greensward.gpu import shader_source
 from greensward.techniques import SETTINGS
-from greensward.viewer import controls as c
+from greensward.viewer import commands
+from greensward.viewer import input as c
 from greensward.viewer.contexts import Contexts
+from greensward.viewer.dialogs import Dialog
 from greensward.viewer.session import Session
+from greensward.viewer.ui import pages
+from greensward.viewer.ui.pages import passes_of
+from greensward.viewer.ui.style import pass_colour
 
 SCENE = """\
 title = "Field"
@@ -59,7 +64,7 @@ def drive(ctx: moderngl.Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 def test_it_shows_the_scene_and_a_panel(drive):
     d = drive()
-    assert d.viewer.panes[0].problems == ()
+    assert d.viewer.viewports[0].problems == ()
     picture = d.scene_part.astype(int)
     assert picture.std() > 10.0
     green = picture[-100:].mean(axis=(0, 1))
@@ -70,54 +75,57 @@ def test_it_shows_the_scene_and_a_panel(drive):
     assert d.viewer.areas(d.size)[0][2] == d.size[0]
 
 
+@pytest.mark.slow
 def test_one_walks_and_looks_around(drive):
     d = drive()
-    before, z = d.scene_part.copy(), d.session.walker.position_ws[2]
-    d.frames(10, c.Press("w"))
-    d.frames(1, c.Press("w", False))
-    assert d.session.walker.position_ws[2] < z - 0.5
-    yaw = d.session.walker.yaw
+    before, z = d.scene_part.copy(), d.session.controller.position_ws[2]
+    d.frames(10, c.Key("w"))
+    d.frames(1, c.Key("w", False))
+    assert d.session.controller.position_ws[2] < z - 0.5
+    yaw = d.session.controller.yaw
     d.drag((300, 300), (340, 310), (380, 320), button="right")
-    assert d.session.walker.yaw != yaw
-    assert not d.viewer.hand.captured
+    assert d.session.controller.yaw != yaw
+    assert not d.viewer.pointer.captured
     assert (d.scene_part != before).mean() > 0.5
     d.drag((300, 300), (200, 300))
-    assert d.session.walker.yaw != yaw
+    assert d.session.controller.yaw != yaw
     d.key("f")
-    assert d.session.walker.mode == "fly"
+    assert d.session.controller.mode == "fly"
     d.key("o")
-    assert d.session.walker.mode == "orbit"
+    assert d.session.controller.mode == "orbit"
     d.key("home")
-    assert d.session.walker.position_ws == pytest.approx([0.0, 1.7, 8.0])
+    assert d.session.controller.position_ws == pytest.approx([0.0, 1.7, 8.0])
 
 
-def test_who_has_neither_walked_nor_looked_is_told_how(drive):
+def test_a_hint_stays_until_the_camera_has_moved_and_turned(drive):
     d = drive()
-    assert d.viewer.is_new
-    d.frames(2, c.Press("w"))
-    d.frames(1, c.Press("w", False))
-    assert d.viewer.is_new
+    assert d.viewer.shows_hint
+    d.frames(2, c.Key("w"))
+    d.frames(1, c.Key("w", False))
+    assert d.viewer.shows_hint
     d.drag((300, 300), (340, 310), (380, 320))
     d.frames(1)
-    assert not d.viewer.is_new
+    assert not d.viewer.shows_hint
 
 
+@pytest.mark.slow
 def test_every_technique_by_its_number(drive):
     d = drive()
     camera = d.session.camera()
     for number, name in enumerate(SETTINGS, start=1):
         d.key(f"_{number}")
         d.ready()
-        renderer = d.viewer.panes[0].renderer
+        renderer = d.viewer.viewports[0].renderer
         assert renderer is not None
         assert renderer.technique_name == name
-        assert d.viewer.panes[0].problems == ()
+        assert d.viewer.viewports[0].problems == ()
     assert d.session.camera() == camera
 
 
+@pytest.mark.slow
 def test_light_and_wind_change_without_sowing_anew(drive):
     d = drive()
-    renderer, before = d.viewer.panes[0].renderer, d.scene_part.mean()
+    renderer, before = d.viewer.viewports[0].renderer, d.scene_part.mean()
     x = d.size[0] - 356 + 240
     d.drag((x, 199), (x + 40, 199), (x + 70, 199))  # exposure
     assert d.session.scene.post.exposure_ev > 0.5
@@ -127,7 +135,7 @@ def test_light_and_wind_change_without_sowing_anew(drive):
     assert d.session.scene.wind[0].direction_deg != 250.0
     d.session.set_hour(8.0)
     d.frames(2)
-    assert d.viewer.panes[0].renderer is renderer
+    assert d.viewer.viewports[0].renderer is renderer
     d.key("z", "left_ctrl")
     d.key("z", "left_ctrl")
     d.key("z", "left_ctrl")
@@ -136,6 +144,7 @@ def test_light_and_wind_change_without_sowing_anew(drive):
     assert d.scene_part.mean() == pytest.approx(before, abs=3.0)
 
 
+@pytest.mark.slow
 def test_mowing_and_pressing_by_hand(drive):
     d = drive()
     d.frames(4)
@@ -143,14 +152,14 @@ def test_mowing_and_pressing_by_hand(drive):
     d.frames(20)
     before = d.scene_part.astype(int)
     d.drag((300, 30), (300, 30))  # the tool
-    d.viewer.choose_tool("mow")
+    d.session.tool = "mow"
     d.drag((250, 520), (300, 450), (350, 420))
     d.ready()
     d.frames(20)
-    assert d.session.history.undoes == "mow"
+    assert d.session.history.undo_label == "mow"
     mown = d.scene_part.astype(int)
     assert np.abs(mown - before).mean() > 1.0
-    d.viewer.choose_tool("press")
+    d.session.tool = "press"
     d.drag((420, 520), (430, 450))
     d.drag((480, 520), (490, 450))
     d.ready()
@@ -165,23 +174,24 @@ def test_mowing_and_pressing_by_hand(drive):
 def test_a_stroke_right_after_its_tool_was_chosen(drive):
     d = drive()
     tool = (263, 30)
-    d.frames(2, c.Move(*tool))
-    d.frames(1, c.Click("left", True))
-    d.frames(1, c.Click("left", False))
+    d.frames(2, c.MouseMove(*tool))
+    d.frames(1, c.MouseButton("left", True))
+    d.frames(1, c.MouseButton("left", False))
     assert d.session.tool == "mow"
-    d.frames(1, c.Move(250, 520))
-    d.frames(1, c.Click("left", True), c.Move(300, 450))
+    d.frames(1, c.MouseMove(250, 520))
+    d.frames(1, c.MouseButton("left", True), c.MouseMove(300, 450))
     assert d.session.stroke
-    d.frames(1, c.Click("left", False))
-    assert d.session.history.undoes == "mow"
+    d.frames(1, c.MouseButton("left", False))
+    assert d.session.history.undo_label == "mow"
 
 
-def test_things_are_dragged_over_the_ground(drive):
+@pytest.mark.slow
+def test_objects_are_dragged_over_the_ground(drive):
     d = drive(SCENE + '[[object]]\nkind = "sphere"\nposition_m = [0, 0, 0]\nsize_m = [1, 1, 1]\n')
-    d.viewer.choose_tool("move")
-    d.frames(2, c.Move(400, 300))
-    (handle,) = d.viewer.hand.handles
-    spot = d.viewer.sight.spot(handle.at_ws)
+    d.session.tool = "move"
+    d.frames(2, c.MouseMove(400, 300))
+    (handle,) = d.viewer.pointer.handles
+    spot = d.viewer.picker.project(handle.position_ws)
     d.drag(spot, (spot[0] + 60, spot[1] + 40), (spot[0] + 90, spot[1] + 60))
     x, y, z = d.session.scene.object[0].position_m
     assert x > 0.3
@@ -192,6 +202,7 @@ def test_things_are_dragged_over_the_ground(drive):
     assert d.session.scene.object[0].position_m == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_time_stops_steps_and_slows(drive):
     d = drive()
     d.key("p")
@@ -201,11 +212,12 @@ def test_time_stops_steps_and_slows(drive):
     d.key("n")
     assert d.session.clock.time_s == pytest.approx(time_s + 1 / 30)
     d.frames(40)
-    assert d.viewer.resting
+    assert d.viewer.idle
     d.key("comma")
-    assert d.session.clock.pace == 0.5
+    assert d.session.clock.rate == 0.5
 
 
+@pytest.mark.slow
 def test_two_halves_one_camera(drive):
     d = drive()
     d.key("c")
@@ -213,7 +225,7 @@ def test_two_halves_one_camera(drive):
     d.session.set_hour(12.0)
     d.key("_1")
     d.ready()
-    left, right = d.viewer.panes
+    left, right = d.viewer.viewports
     assert left.scene.technique.name == "visibility-buffer"
     assert right.scene.technique.name == "bezier-blades"
     (x0, _, width, height), (x1, *_) = d.viewer.areas(d.size)
@@ -222,14 +234,15 @@ def test_two_halves_one_camera(drive):
     assert abs(picture[:, :width].mean() - picture[:, x1 : x1 + width].mean()) > 1.0
     d.key("c")
     d.frames(2)
-    assert len(d.viewer.panes) == 1
-    assert d.viewer.panes[0].scene.technique.name == "bezier-blades"
+    assert len(d.viewer.viewports) == 1
+    assert d.viewer.viewports[0].scene.technique.name == "bezier-blades"
 
 
-def test_a_broken_shader_is_told_with_its_line_and_the_last_good_goes_on(drive, monkeypatch):
+@pytest.mark.slow
+def test_a_broken_shader_is_reported_with_its_line_and_the_last_valid_one_stays(drive, monkeypatch):
     d = drive()
-    before = d.viewer.panes[0].renderer
-    read = program._read
+    before = d.viewer.viewports[0].renderer
+    read = shader_source.read_lines
 
     @cache
     def broken(path):
@@ -237,19 +250,19 @@ def test_a_broken_shader_is_told_with_its_line_and_the_last_good_goes_on(drive, 
         return (*lines, "this is no GLSL") if path == "passes/post/encode.glsl" else lines
 
     line = len(read("passes/post/encode.glsl")) + 1
-    monkeypatch.setattr(program, "_read", broken)
+    monkeypatch.setattr(shader_source, "read_lines", broken)
     d.key("r", "left_ctrl")
     d.ready()
-    assert any(f"passes/post/encode.glsl:{line}" in problem for problem in d.viewer.panes[0].problems)
-    assert d.viewer.panes[0].renderer is before
+    assert any(f"passes/post/encode.glsl:{line}" in problem for problem in d.viewer.viewports[0].problems)
+    assert d.viewer.viewports[0].renderer is before
     d.frames(3)
     assert d.scene_part.std() > 10
-    assert d.viewer.panes[0].problems
+    assert d.viewer.viewports[0].problems
     monkeypatch.undo()
     d.key("r", "left_ctrl")
     d.ready()
-    assert d.viewer.panes[0].problems == ()
-    assert d.viewer.panes[0].renderer is not before
+    assert d.viewer.viewports[0].problems == ()
+    assert d.viewer.viewports[0].renderer is not before
 
 
 def _disk_time_passes(d):
@@ -275,51 +288,50 @@ def test_a_scene_file_that_breaks_while_open(drive):
     assert d.scene_part.std() > 10
 
 
+@pytest.mark.slow
 def test_a_scene_that_cannot_be_drawn_leaves_the_last_one(drive):
     d = drive()
-    good = d.viewer.panes[0].renderer
+    good = d.viewer.viewports[0].renderer
     d.session.change(("sowing", "full_density_m"), 100_000.0)
     d.session.change(("sowing", "reach_m"), 100_000.0)
     d.ready()
-    assert "million blades" in d.viewer.panes[0].problems[0]
-    assert d.viewer.panes[0].renderer is good
+    assert "million blades" in d.viewer.viewports[0].problems[0]
+    assert d.viewer.viewports[0].renderer is good
     d.key("z", "left_ctrl")
     d.key("z", "left_ctrl")
     d.ready()
-    assert d.viewer.panes[0].problems == ()
+    assert d.viewer.viewports[0].problems == ()
 
 
+@pytest.mark.slow
 def test_saving_asks_for_a_name_where_there_is_none(drive):
     d = drive()
     d.session.change(("seed",), 7)
     d.key("s", "left_ctrl")
     assert "seed = 7" in Path("field.toml").read_text()
     assert "# near" in Path("field.toml").read_text()
+    d.viewer.quality = 1 / 64
     d.viewer.open("yan2024-random")
     d.key("s", "left_ctrl")
     d.frames(2)
-    assert d.viewer.face.dialogs.open
-    middle_x, middle_y = d.size[0] / 2, d.size[1] / 2
-    for y in range(-60, 70, 8):  # its Save button, left of Cancel
-        d.frames(1, c.Move(middle_x + 125, middle_y + y))
-        d.frames(1, c.Click("left", True))
-        d.frames(2, c.Click("left", False))
-        if not d.viewer.face.dialogs.open:
-            break
+    assert d.viewer.dialogs.open
+    _press_buttons_until(d, lambda: not d.viewer.dialogs.open, 125)  # Save, left of Cancel
     assert Path("yan2024-random-001.toml").exists()
 
 
 def _press_buttons_until(d, done, x):
     """Click downwards at a place until something is done: buttons have no address."""
-    for y in range(-140, 150, 8):
-        d.frames(1, c.Move(d.size[0] / 2 + x, d.size[1] / 2 + y))
-        d.frames(1, c.Click("left", True))
-        d.frames(2, c.Click("left", False))
+    d.session.clock.paused = True  # a picture at rest is not drawn again
+    for y in range(-140, 150, 12):
+        d.frames(1, c.MouseMove(d.size[0] / 2 + x, d.size[1] / 2 + y))
+        d.frames(1, c.MouseButton("left", True))
+        d.frames(2, c.MouseButton("left", False))
         if done():
             return
     raise AssertionError("there is no such button")
 
 
+@pytest.mark.slow
 def test_a_file_that_someone_else_wrote_is_not_replaced_unasked(drive):
     d = drive()
     d.session.change(("seed",), 7)
@@ -328,12 +340,12 @@ def test_a_file_that_someone_else_wrote_is_not_replaced_unasked(drive):
     assert d.viewer.problems
     d.key("s", "left_ctrl")
     d.frames(2)
-    assert d.viewer.face.dialogs.open
+    assert d.viewer.dialogs.open
     assert Path("field.toml").read_text() == "broken = "
-    _press_buttons_until(d, lambda: not d.viewer.face.dialogs.open, -220)  # Replace
+    _press_buttons_until(d, lambda: not d.viewer.dialogs.open, -220)  # Replace
     assert "seed = 7" in Path("field.toml").read_text()
     _disk_time_passes(d)
-    assert d.viewer.problems == (), "what is mended is no longer told"
+    assert d.viewer.problems == (), "a fixed error is no longer shown"
 
 
 def test_a_change_on_disk_is_seen_while_something_is_dragged(drive):
@@ -348,42 +360,45 @@ def test_a_change_on_disk_is_seen_while_something_is_dragged(drive):
     assert (d.session.scene.seed, d.session.scene.post.exposure_ev) == (7, 0.5)
 
 
-def test_a_file_that_is_gone_is_told_on_leaving_and_can_be_written_again(drive):
+@pytest.mark.slow
+def test_a_deleted_file_is_reported_on_leaving_and_can_be_saved_again(drive):
     d = drive()
     Path("field.toml").unlink()
     _disk_time_passes(d)
-    d.frames(2, c.Close())
+    d.frames(2, c.CloseRequest())
     assert not d.viewer.done
-    assert "no longer there" in d.viewer.would_be_lost[0]
+    assert "no longer exists" in d.viewer.would_be_lost[0]
     _press_buttons_until(d, lambda: d.viewer.done, -220)  # Save
     assert gs.load("field.toml") == d.session.scene
 
 
+@pytest.mark.slow
 def test_leaving_by_saving_a_preset_leaves(drive):
     d = drive()
+    d.viewer.quality = 1 / 64
     d.viewer.open("yan2024-random")
     d.session.change(("seed",), 7)
-    d.frames(2, c.Close())
-    _press_buttons_until(d, lambda: d.viewer.face.dialogs._asked == "save", -220)
+    d.frames(2, c.CloseRequest())
+    _press_buttons_until(d, lambda: d.viewer.dialogs.shown is Dialog.SAVE_AS, -220)
     d.frames(2)
-    _press_buttons_until(d, lambda: not d.viewer.face.dialogs.open, 125)
+    _press_buttons_until(d, lambda: not d.viewer.dialogs.open, 125)
     assert d.viewer.done
     assert gs.load("yan2024-random-001.toml").seed == 7
 
 
 @pytest.mark.parametrize("name", ["", "/", ".", "..", "~", "~nobody-of-this-name/x", "x" * 5000, "a\0b", "/etc/"])
-@pytest.mark.parametrize("dialog", ["ask_save_as", "picture", "ask_open"])
-def test_whatever_is_typed_as_a_file(drive, dialog, name):
+@pytest.mark.parametrize("command", [commands.SAVE_AS, commands.SAVE_PICTURE, commands.OPEN], ids=lambda c: c.help)
+def test_whatever_is_typed_as_a_file(drive, command, name):
     d = drive()
-    d.viewer.act(dialog)
-    d.viewer.face.dialogs._text = name
+    command.run(d.viewer)
+    d.viewer.dialogs.text = name
     d.frames(3)
-    assert d.viewer.face.dialogs.open
-    if dialog == "ask_open":
-        d.viewer.face.dialogs.cancel()
+    assert d.viewer.dialogs.open
+    if command is commands.OPEN:
+        d.viewer.dialogs.close()
         d.viewer.open(name)
         d.frames(2)
-        assert d.viewer.told[-1][1]
+        assert d.viewer.messages[-1].error
 
 
 def test_names_of_files_that_are_no_text(drive):
@@ -392,9 +407,9 @@ def test_names_of_files_that_are_no_text(drive):
     Path(name).write_text("seed = 2\n[sowing]\ndensity_per_m2 = 5\nreach_m = 5\n")
     d.viewer.ask_open()
     d.frames(3)
-    d.viewer.face.dialogs.cancel()
+    d.viewer.dialogs.close()
     d.viewer.open(name)
-    d.session.tell(f"{name} %s%n", bad=True)
+    d.session.notify(f"{name} %s%n", error=True)
     d.viewer.ask_save_as()
     d.frames(3)
     assert d.session.scene.seed == 2
@@ -402,27 +417,28 @@ def test_names_of_files_that_are_no_text(drive):
 
 def test_pictures_in_a_row_have_names_of_their_own(drive):
     d = drive()
-    d.viewer.draw_picture(Path("field-001.png"), (640, 480), 4096)
-    assert not d.viewer.draw_picture(Path("field-001.png"), (96, 64), 1)
-    d.viewer.picture()
-    assert d.viewer.face.dialogs._text == "field-002.png"
-    d.viewer.face.dialogs.cancel()
+    d.viewer.save_picture(Path("field-001.png"), (640, 480), 4096)
+    assert not d.viewer.save_picture(Path("field-001.png"), (96, 64), 1)
+    d.viewer.ask_picture()
+    assert d.viewer.dialogs.text == "field-002.png"
+    d.viewer.dialogs.close()
 
 
+@pytest.mark.slow
 def test_what_is_dragged_may_vanish(drive):
     d = drive(SCENE + '[[object]]\nkind = "sphere"\nposition_m = [0, 0, 0]\nsize_m = [1, 1, 1]\n')
     for again in (True, False):
-        d.viewer.choose_tool("move")
-        d.frames(2, c.Move(400, 300))
-        spot = d.viewer.sight.spot(d.viewer.hand.handles[0].at_ws)
-        d.frames(2, c.Move(*spot))
-        d.frames(1, c.Click("left", True))
-        assert d.viewer.hand.held
+        d.session.tool = "move"
+        d.frames(2, c.MouseMove(400, 300))
+        spot = d.viewer.picker.project(d.viewer.pointer.handles[0].position_ws)
+        d.frames(2, c.MouseMove(*spot))
+        d.frames(1, c.MouseButton("left", True))
+        assert d.viewer.pointer.held
         d.key("z", "left_ctrl")  # waits for the hand
         d.session.remove(("object", 0))
         if again:
-            d.frames(2, c.Move(spot[0] + 40, spot[1]))
-        d.frames(2, c.Click("left", False))
+            d.frames(2, c.MouseMove(spot[0] + 40, spot[1]))
+        d.frames(2, c.MouseButton("left", False))
         assert d.session.scene.object == ()
         d.session.undo()
         d.ready()
@@ -430,22 +446,22 @@ def test_what_is_dragged_may_vanish(drive):
 
 def test_the_lens_follows_the_scene_on_any_page(drive):
     d = drive()
-    d.viewer.face.go_to("Scene")
+    d.ui.go_to("Scene")
     d.frames(2)
     d.session.change(("camera", "fov_y_deg"), 20.0)
     d.frames(1)
     assert d.session.camera().fov_y_deg == 20.0
 
 
-def test_a_way_that_cannot_be_written_goes_on(drive, monkeypatch, tmp_path):
+def test_a_camera_path_that_cannot_be_written_goes_on(drive, monkeypatch, tmp_path):
     d = drive()
     d.key("f5")
-    d.frames(6, c.Press("w"), seconds=0.1)
+    d.frames(6, c.Key("w"), seconds=0.1)
     with monkeypatch.context() as failing:
         failing.setattr(gs.CameraPath, "write", _refused)
         d.key("f5")
-        assert "disk is full" in d.told()
-        assert "record_path" in d.viewer.recorder.running
+        assert "disk is full" in d.message_text()
+        assert d.viewer.recorder.recording_path
     d.key("f5")
     assert (tmp_path / "field-path-001.toml").exists()
 
@@ -456,15 +472,15 @@ def _refused(*_):
 
 def test_an_error_of_the_driver_leaves_the_last_picture(drive, monkeypatch):
     d = drive()
-    renderer = d.viewer.panes[0].renderer
+    renderer = d.viewer.viewports[0].renderer
 
     def lost(_):
         raise ValueError("device lost")
 
-    monkeypatch.setattr(renderer, "change", lost)
+    monkeypatch.setattr(renderer, "update", lost)
     d.session.change(("post", "exposure_ev"), 1.0)
     d.frames(3)
-    assert "device lost" in d.viewer.panes[0].problems[0]
+    assert "device lost" in d.viewer.viewports[0].problems[0]
     d.key("z", "left_ctrl")
     d.frames(2)
     assert d.scene_part.std() > 10
@@ -472,22 +488,23 @@ def test_an_error_of_the_driver_leaves_the_last_picture(drive, monkeypatch):
 
 def test_leaving_with_changes_asks(drive):
     d = drive()
-    d.frames(1, c.Close())
+    d.frames(1, c.CloseRequest())
     assert d.viewer.done
     d.viewer.done = False
     d.session.change(("seed",), 7)
-    d.frames(2, c.Close())
+    d.frames(2, c.CloseRequest())
     assert not d.viewer.done
     assert "not saved" in d.viewer.would_be_lost[0]
     d.key("escape")
     d.frames(2)
-    assert not d.viewer.face.dialogs.open
+    assert not d.viewer.dialogs.open
     assert not d.viewer.done
-    d.frames(1, c.Drop("yan2024-strong"))
-    assert d.viewer.face.dialogs.open
+    d.frames(1, c.FileDrop("yan2024-strong"))
+    assert d.viewer.dialogs.open
     assert d.session.origin.name == "field"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1, 1), (2, 700), (333, 222), (1500, 300)])
 def test_any_size_of_window(drive, size):
     d = drive()
@@ -497,48 +514,50 @@ def test_any_size_of_window(drive, size):
     d.ready()
     d.resize((1024, 640))
     d.frames(3)
-    assert d.viewer.panes[0].problems == ()
+    assert d.viewer.viewports[0].problems == ()
     assert d.scene_part.std() > 5
 
 
+@pytest.mark.slow
 def test_a_picture_of_any_size_is_drawn_beside(drive):
     d = drive()
     d.key("f12")
     d.frames(2)
-    assert d.viewer.face.dialogs.open
-    d.viewer.face.dialogs.cancel()
-    assert not d.viewer.draw_picture(Path("a.doc"), (96, 64), 2)
-    assert d.viewer.draw_picture(Path("a.png"), (96, 64), 2)
-    while d.viewer.recorder.working:
+    assert d.viewer.dialogs.open
+    d.viewer.dialogs.close()
+    assert not d.viewer.save_picture(Path("a.doc"), (96, 64), 2)
+    assert d.viewer.save_picture(Path("a.png"), (96, 64), 2)
+    while d.viewer.recorder.progress:
         d.frames(1)
     assert Image.open("a.png").size == (96, 64)
-    assert "Saved a.png" in d.told()
+    assert "Saved a.png" in d.message_text()
 
 
 def test_leaving_stops_what_is_still_drawn(drive):
     d = drive()
-    d.viewer.draw_picture(Path("large.png"), (640, 480), 4096)
-    d.frames(1, c.Close())
+    d.viewer.save_picture(Path("large.png"), (640, 480), 4096)
+    d.frames(1, c.CloseRequest())
     assert not d.viewer.done
-    assert "still being drawn" in d.viewer.would_be_lost[0]
+    assert "still being rendered" in d.viewer.would_be_lost[0]
     d.viewer.recorder.stop()
     assert not Path("large.png").exists()
     assert list(Path().glob(".*.part")) == []
 
 
-def test_the_way_is_recorded_played_and_written(drive):
+@pytest.mark.slow
+def test_a_camera_path_is_recorded_played_and_written(drive):
     d = drive()
     d.key("f5")
-    d.frames(12, c.Press("w"), seconds=0.1)
-    d.frames(1, c.Press("w", False))
+    d.frames(12, c.Key("w"), seconds=0.1)
+    d.frames(1, c.Key("w", False))
     d.key("f5")
     path = gs.CameraPath.read("field-path-001.toml")
     assert path.end_s == pytest.approx(1.2, abs=0.35)
     assert path.at(1.0).position_m[2] < path.at(0.0).position_m[2] - 0.5
     d.key("f7")
-    assert d.session.walker.position_ws[2] == pytest.approx(8.0, abs=0.3)
+    assert d.session.controller.position_ws[2] == pytest.approx(8.0, abs=0.3)
     d.frames(20, seconds=0.1)
-    assert d.session.walker.position_ws[2] == pytest.approx(path.at(9.0).position_m[2], abs=1e-3)
+    assert d.session.controller.position_ws[2] == pytest.approx(path.at(9.0).position_m[2], abs=1e-3)
 
 
 def test_a_video_of_what_is_seen(drive):
@@ -548,62 +567,86 @@ def test_a_video_of_what_is_seen(drive):
     d.frames(10)
     d.key("f6")
     assert Path("field-001.mp4").stat().st_size > 1000
-    assert "field-001.mp4" in d.told()
+    assert "field-001.mp4" in d.message_text()
 
 
 def test_typing_into_the_panel_is_not_a_command(drive):
     d = drive()
-    d.viewer.face.go_to("Scene")
+    d.ui.go_to("Scene")
     d.frames(3)
-    mode, z = d.session.walker.mode, d.session.walker.position_ws[2]
+    mode, z = d.session.controller.mode, d.session.controller.position_ws[2]
     d.drag((d.size[0] - 180, 140), (d.size[0] - 180, 140))
     d.frames(1)
-    assert d.viewer.face.wants_keys
+    assert d.ui.wants_text
     for character in "wof":
-        d.frames(2, c.Press(character), c.Text(character))
-        d.frames(1, c.Press(character, False))
-    assert d.viewer.face.scene_page.search == "wof"
-    assert (d.session.walker.mode, d.session.walker.position_ws[2]) == (mode, z)
+        d.frames(2, c.Key(character), c.Character(character))
+        d.frames(1, c.Key(character, False))
+    assert d.ui.scene_page.search == "wof"
+    assert (d.session.controller.mode, d.session.controller.position_ws[2]) == (mode, z)
 
 
 def test_a_huge_paste_into_a_number_is_refused(drive):
     d = drive()
     x = d.size[0] - 356 + 240
-    d.frames(2, c.Move(x, 199))
-    d.frames(1, c.Press("left_ctrl"), c.Click("left", True))
-    d.frames(2, c.Click("left", False), c.Press("left_ctrl", False))
-    assert d.viewer.face.wants_keys
+    d.frames(2, c.MouseMove(x, 199))
+    d.frames(1, c.Key("left_ctrl"), c.MouseButton("left", True))
+    d.frames(2, c.MouseButton("left", False), c.Key("left_ctrl", False))
+    assert d.ui.wants_text
     d.write("9" * 500)
-    d.frames(2, c.Press("enter"))
-    d.frames(2, c.Press("enter", False))
+    d.frames(2, c.Key("enter"))
+    d.frames(2, c.Key("enter", False))
     assert abs(d.session.scene.post.exposure_ev) <= 20.0
 
 
+def test_every_pass_that_is_timed_is_shown(drive, monkeypatch):
+    frames = [{"grass": 2.0, "far": 1.0}, {"grass": 2.0, "a pass of tomorrow": 3.0}]
+    assert passes_of(frames) == ["grass", "far", "a pass of tomorrow"]
+    assert len({pass_colour(name) for name in passes_of(frames)}) == 3
+    shown: dict[str, str] = {}
+    monkeypatch.setattr(pages, "figure", lambda name, value, _="": shown.update({name: value}))
+    d = drive()
+    d.ui.go_to("Frame")
+    d.frames(2)
+    d.viewer.pass_times.extend(frames)
+    d.session.clock.paused = True
+    d.viewer.timing = False
+    d.ui.draw(d.viewer, 0.05, d.size, d.target, 1.0)
+    assert (shown["a pass of tomorrow"], shown["frame"]) == ("3.0 ms", "5.0 ms")
+
+
+def test_far_blades_are_timed_and_shown(drive):
+    d = drive(SCENE.replace("reach_m = 25  # near", "reach_m = 25\ntraced_m = 15"))
+    d.ui.go_to("Frame")
+    d.frames(3)
+    assert "far" in passes_of(d.viewer.pass_times)
+
+
+@pytest.mark.slow
 def test_every_page_and_table_can_be_shown(drive):
     d = drive(
         '[[wind]]\nkind = "blast"\n[[wind]]\nkind = "gusts"\n[water]\nlevel_m = -5\n[simulation]\n[growth]\n'
         '[[object]]\nkind = "sphere"\nposition_m = [0, 0, 0]\n[object.grass]\n[[force]]\nkind = "tracks"\n'
         "path = [[0, 0], [1, 2]]\n[[flowers]]\n[sowing]\ndensity_per_m2 = 20\nreach_m = 10\n"
     )
-    d.viewer.face.go_to("Scene")
+    d.ui.go_to("Scene")
     d.frames(2)
-    d.viewer.face.unfolded = True
+    d.ui.unfolded = True
     d.frames(4)
-    d.viewer.face.unfolded = False
+    d.ui.unfolded = False
     for word in ("m", "deg", "wind", "colour", "file", "path", "zzz"):
-        d.viewer.face.scene_page.search = word
+        d.ui.scene_page.search = word
         d.frames(2)
-    d.viewer.face.go_to("Frame")
+    d.ui.go_to("Frame")
     d.frames(10)
-    assert sum(d.viewer.panes[0].pass_ms.values()) > 0
+    assert sum(d.viewer.viewports[0].pass_ms.values()) > 0
     assert d.viewer.counts.drawn > 0
     d.key("slash", "left_shift")
     d.frames(2)
-    assert d.viewer.face.dialogs.help
+    assert d.viewer.dialogs.key_list
     d.key("escape")
     d.key("o", "left_ctrl")
     d.frames(2)
     d.key("escape")
     d.frames(2)
-    assert not d.viewer.face.dialogs.open
+    assert not d.viewer.dialogs.open
     assert not d.session.unsaved

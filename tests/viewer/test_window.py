@@ -53,7 +53,7 @@ import time
 from PIL import Image
 import greensward as gs
 from driving import Driver
-from greensward.viewer import controls as c
+from greensward.viewer import input as c
 from greensward.viewer.session import Session
 from greensward.viewer.window import Window
 
@@ -62,23 +62,23 @@ window = Window("test", (960, 600))
 d = Driver(window.contexts, Session("field", scene), window.size)
 assert window.take() is not None
 d.ready()
-d.frames(6, c.Press("w"))
-assert d.session.walker.position_ws[2] < 8.0
+d.frames(6, c.Key("w"))
+assert d.session.controller.position_ws[2] < 8.0
 for number in "123":
     d.key("_" + number)
     frames = 0
-    while d.viewer.panes[0].busy:
+    while d.viewer.viewports[0].busy:
         d.frames(1)
         frames += 1
     assert frames > 1, "the window stood still while the field was sown"
     d.frames(2)
-    assert d.viewer.panes[0].problems == (), d.viewer.panes[0].problems
-    assert d.viewer.panes[0].renderer.technique_name == d.session.scene.technique.name
-renderer = d.viewer.panes[0].renderer
+    assert d.viewer.viewports[0].problems == (), d.viewer.viewports[0].problems
+    assert d.viewer.viewports[0].renderer.technique_name == d.session.scene.technique.name
+renderer = d.viewer.viewports[0].renderer
 d.session.set_hour(9.0)
 d.frames(12)
-assert d.viewer.panes[0].renderer is renderer
-d.viewer.choose_tool("mow")
+assert d.viewer.viewports[0].renderer is renderer
+d.session.tool = "mow"
 d.drag((200, 500), (320, 420))
 d.ready()
 d.key("c")
@@ -98,6 +98,7 @@ print("driven")
 """
 
 
+@pytest.mark.slow
 @needs_x
 def test_a_window_is_driven_from_start_to_end(display, tmp_path):
     done = _python(DRIVEN, tmp_path, DISPLAY=display)
@@ -110,7 +111,7 @@ def test_a_window_is_driven_from_start_to_end(display, tmp_path):
 
 LOOP = """
 import sys
-from greensward.viewer import controls as c, window
+from greensward.viewer import input as c, window
 from greensward.viewer.session import Session
 
 taken = window.Window.take
@@ -119,13 +120,14 @@ def take(self, wait_s=0.0):
     global count
     count += 1
     events = taken(self, wait_s)
-    return [*events, c.Press("w")] if count == 5 else [*events, c.Close()] if count == 30 else events
+    return [*events, c.Key("w")] if count == 5 else [*events, c.CloseRequest()] if count == 30 else events
 window.Window.take = take
 window.run(Session("yan2024-random"), (640, 480))
 print("left after", count)
 """
 
 
+@pytest.mark.slow
 @needs_x
 def test_the_loop_runs_until_the_window_closes(display, tmp_path):
     done = _python(LOOP, tmp_path, DISPLAY=display)
@@ -135,23 +137,24 @@ def test_the_loop_runs_until_the_window_closes(display, tmp_path):
 LOST = """
 import os, signal
 from greensward.cli import main
-from greensward.viewer import viewer, window
+from greensward.viewer import application, window
 
-drawn = viewer.Viewer.frame
+drawn = application.Application.frame
 count = 0
 def frame(self, *args, **kwargs):
     global count
     count += 1
     if count == 3:
-        self.session.change(("seed",), 7)
+        self.viewer.session.change(("seed",), 7)
         {deed}
     assert count < 99
     drawn(self, *args, **kwargs)
-viewer.Viewer.frame = frame
+application.Application.frame = frame
 main(["view", "yan2024-random", "--size", "640x480"])
 """
 
 
+@pytest.mark.slow
 @needs_x
 @pytest.mark.parametrize(
     "deed",
@@ -172,14 +175,16 @@ def test_what_ends_it_loses_nothing(display, tmp_path, deed):
 VIEW = 'from greensward.cli import main; main(["view", "yan2024-random"])'
 
 
+@pytest.mark.slow
 @needs_x
-def test_an_old_opengl_is_told(display, tmp_path):
+def test_an_old_opengl_is_reported(display, tmp_path):
     done = _python(VIEW, tmp_path, DISPLAY=display, MESA_GL_VERSION_OVERRIDE="3.3", LIBGL_ALWAYS_SOFTWARE="1")
     assert done.returncode == 1
     assert "OpenGL 4.3" in done.stderr
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="about X and Wayland")
 def test_without_a_display_it_says_what_to_do(tmp_path):
     done = _python(VIEW, tmp_path, DISPLAY=None, WAYLAND_DISPLAY=None)
@@ -196,7 +201,7 @@ def test_without_the_extra_it_says_what_to_install(tmp_path):
     assert done.stderr.count("\n") == 1
 
 
-def test_a_wrong_scene_is_told_before_a_window_opens(tmp_path):
+def test_an_invalid_scene_is_reported_before_a_window_opens(tmp_path):
     done = _python('from greensward.cli import main; main(["view", "meadwo"])', tmp_path, DISPLAY=None)
     assert done.returncode == 2
     assert "did you mean meadow" in done.stderr

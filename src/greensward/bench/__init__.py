@@ -1,1 +1,1 @@
-"""Measuring fairly: workloads, protocols, the floor, pictures against a reference, and the report."""
+"""Benchmarks: workloads, protocols, the floor of the machine, quality against a reference, and the report."""

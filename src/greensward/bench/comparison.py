@@ -1,4 +1,4 @@
-"""Two runs beside each other: ratios with their spread, and which of them are noise."""
+"""Comparison of two runs: ratios with their spread, and which of them are noise."""
 
 import math
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ _NOISE = (
 
 @dataclass(frozen=True)
 class Ratio:
-    """The second time to the first, from quartile to quartile."""
+    """Ratio of the second time to the first, with its interquartile range."""
 
     middle: float
     low: float
@@ -31,30 +31,30 @@ class Ratio:
 
 
 def drift(pairs: Sequence[tuple[dict[str, Any], dict[str, Any]]]) -> float:
-    """How far times of the same work stray between the runs, as a factor: nine floors in ten differ by less.
+    """Drift of the machine between two runs: the 90th percentile of the floors' ratios, as a factor.
 
     The floor of a row is the same bare work in both runs, if both drew as much.
     """
-    strays = [
+    drifts = [
         abs(math.log(second["floor_ms"] / first["floor_ms"]))
         for first, second in pairs
         if first.get("floor_ms")
         and second.get("floor_ms")
         and all(first.get(name) == second.get(name) for name in _SAME_WORK)
     ]
-    if not strays:
+    if not drifts:
         return 1.0
-    return math.exp(strays[0] if len(strays) == 1 else quantiles(strays, n=10, method="inclusive")[-1])
+    return math.exp(drifts[0] if len(drifts) == 1 else quantiles(drifts, n=10, method="inclusive")[-1])
 
 
 def ratio(first: dict[str, Any], second: dict[str, Any], drifted: float = 1.0) -> Ratio:
-    """How the second row compares. It is noise where the quartiles overlap, or within the drift of the machine."""
+    """Ratio of the second row to the first. It is noise where the quartiles overlap or within the drift."""
     least = 1e-9
     a, b = (max(row["frame_ms_median"], least) for row in (first, second))
     low = second.get("frame_ms_p25", b) / max(first.get("frame_ms_p75", a), least)
     high = second.get("frame_ms_p75", b) / max(first.get("frame_ms_p25", a), least)
     if min(first["frames"], second["frames"]) < _FEW:
-        verdict = "too few frames to tell"
+        verdict = "too few frames"
     elif low <= 1.0 <= high or 1.0 / drifted <= b / a <= drifted:
         verdict = "noise"
     else:
@@ -75,20 +75,20 @@ def compare(first: Record, second: Record, names: tuple[Path, Path]) -> str:
     for key, row in others.items():
         if key not in known:
             continue
-        told = ratio(known[key], row, drifted)
+        compared = ratio(known[key], row, drifted)
         changed = known[key].get("scene_hash") != row.get("scene_hash")
         table.add(
             *key[:3],
             f"{row['width']}×{row['height']}",
             f"{known[key]['frame_ms_median']:.3f}",
             f"{row['frame_ms_median']:.3f}",
-            f"{told.middle:.3f}",
-            f"{told.low:.3f}–{told.high:.3f}",
-            told.verdict + ("; another scene" if changed else ""),
+            f"{compared.middle:.3f}",
+            f"{compared.low:.3f}–{compared.high:.3f}",
+            compared.verdict + ("; another scene" if changed else ""),
         )
     lines = [f"First: {names[0]}, {_origin(first)}", f"Second: {names[1]}, {_origin(second)}", ""]
     if first["machine"].get("driver") != second["machine"].get("driver"):
-        lines.insert(2, "The machines differ: a ratio tells of them as much as of greensward.")
+        lines.insert(2, "The machines differ, so the ratios compare them as much as greensward.")
     if table.rows:
         lines += [table.markdown(), _NOISE.format((drifted - 1.0) * 100.0)]
     else:

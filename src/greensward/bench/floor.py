@@ -1,4 +1,4 @@
-"""What the same machine needs at least: as many bare primitives, and as many pixels filled."""
+"""Floor of the same machine: the time for as many bare primitives, and for filling as many pixels."""
 
 import statistics
 import time
@@ -7,17 +7,18 @@ from math import sqrt
 
 import moderngl
 
-from greensward.gpu.program import build
-from greensward.gpu.timers import has_timer_queries
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Draw
 
 _TRIANGLES = 5
 _SLENDERNESS = 8.0  # height of a strip to its width
 
 
-def milliseconds(ctx: moderngl.Context, draw: Callable[[], None]) -> float:
-    """Time of some work: the GPU's own where it tells, the wall clock around `finish()` elsewhere."""
+def milliseconds(device: Device, draw: Callable[[], None]) -> float:
+    """Time of some work: GPU timer queries where there are any, else the wall clock around `finish()`."""
+    ctx = device.ctx
     ctx.finish()
-    if not has_timer_queries(ctx):
+    if not device.features.timer_queries:
         started = time.perf_counter()
         draw()
         ctx.finish()
@@ -29,7 +30,7 @@ def milliseconds(ctx: moderngl.Context, draw: Callable[[], None]) -> float:
 
 
 def floor_ms(
-    ctx: moderngl.Context, size: tuple[int, int], *, blades: int, primitives: int, blade_pixels: int, repeats: int
+    device: Device, size: tuple[int, int], *, blades: int, primitives: int, blade_pixels: int, repeats: int
 ) -> float:
     """Median time of instanced strips in one colour and one full-screen fill, without buffers, textures or light.
 
@@ -39,9 +40,10 @@ def floor_ms(
     strips = max(blades, -(-primitives // _TRIANGLES), 1)
     pixel_area = 4.0 / (size[0] * size[1])
     width = sqrt(max(blade_pixels, 1) * pixel_area / strips / _SLENDERNESS)
-    array = ctx.vertex_array(build(ctx, "bench/floor.vert", "bench/floor.frag"), [])
-    fill = ctx.vertex_array(build(ctx, "shaders/screen.vert", "bench/floor.frag"), [])
-    array.program["size"] = width, width * _SLENDERNESS
+    ctx = device.ctx
+    strip = Draw(device, "bench/floor.vert", "bench/floor.frag")
+    fill = Draw(device, "shaders/screen.vert", "bench/floor.frag")
+    strip.set(size=(width, width * _SLENDERNESS))
     colour, depth = ctx.texture(size, 4), ctx.depth_renderbuffer(size)
     target = ctx.framebuffer([colour], depth)
 
@@ -49,16 +51,14 @@ def floor_ms(
         target.use()
         target.clear()
         ctx.enable_only(moderngl.DEPTH_TEST)
-        array.render(moderngl.TRIANGLE_STRIP, vertices=7, instances=strips)
+        strip.run(moderngl.TRIANGLE_STRIP, 7, strips)
         ctx.enable_only(moderngl.NOTHING)
-        fill.render(moderngl.TRIANGLES, vertices=3)
+        fill.run(moderngl.TRIANGLES, 3)
 
     draw()
-    took = statistics.median(milliseconds(ctx, draw) for _ in range(repeats))
+    took = statistics.median(milliseconds(device, draw) for _ in range(repeats))
     for part in (
-        array.program,
-        array,
-        fill.program,
+        strip,
         fill,
         *target.color_attachments,
         target.depth_attachment,

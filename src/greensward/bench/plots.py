@@ -19,31 +19,31 @@ _MANY_DECADES = 1e4
 
 
 def plots(record: "Record") -> dict[str, bytes]:
-    """PNG files by name: frame times of each workload, and cost against quality. Raises `GreenswardError`."""
+    """WebP files by name: frame times of each workload, and cost against quality. Raises `GreenswardError`."""
     try:
         from matplotlib.figure import Figure
     except ImportError:
         raise GreenswardError('plots need matplotlib: pip install "greensward[bench]"') from None
 
-    def png(draw: Any, height: float) -> bytes:
+    def webp(draw: Any, height: float) -> bytes:
         figure = Figure(figsize=(8.0, height), layout="constrained")
         axes = figure.add_subplot()
         draw(axes)
         axes.spines[["top", "right"]].set_visible(False)
         file = io.BytesIO()
-        figure.savefig(file, format="png", dpi=90, metadata={"Software": None})
+        figure.savefig(file, format="webp", dpi=90, pil_kwargs={"lossless": True, "method": 6})
         return file.getvalue()
 
     made = {}
     for name, rows in by_workload(record).items():
         compared = [row for row in rows if row.get("flip") is not None]
         if compared:
-            made["cost-quality.png"] = png(lambda axes, rows=compared: _cost(axes, rows), 4.2)
+            made["cost-quality.webp"] = webp(lambda axes, rows=compared: _cost(axes, rows), 4.2)
         elif "flip" not in rows[0]:
             cases = list(dict.fromkeys(_case(row, rows) for row in rows))[:_MOST_CASES]
             techniques = len({row["technique"] for row in rows})
             height = 1.3 + 0.2 * len(cases) * (techniques + 0.6)
-            made[f"{name}.png"] = png(lambda axes, rows=rows, cases=cases: _bars(axes, rows, cases), height)
+            made[f"{name}.webp"] = webp(lambda axes, rows=rows, cases=cases: _bars(axes, rows, cases), height)
     return made
 
 

@@ -1,4 +1,4 @@
-"""HOW it is measured: warm-up, a recorded path, a fixed step of time, medians with their spread, nothing left out."""
+"""Protocol of a measurement: warm-up, a recorded path, a fixed time step, medians with their spread."""
 
 import math
 import statistics
@@ -11,8 +11,8 @@ import moderngl
 import numpy as np
 
 from greensward.bench.floor import floor_ms
-from greensward.bench.tally import counted, gpu_bytes
-from greensward.gpu.context import is_software
+from greensward.bench.frame_statistics import counted, gpu_bytes
+from greensward.gpu.device import Device
 from greensward.gpu.timers import PassTimers
 from greensward.io.camera_path import CameraPath
 from greensward.renderer import Counts
@@ -21,27 +21,27 @@ from greensward.scene import Camera, GreenswardError
 STEP_S = 1.0 / 60.0
 PATH_S = 40.0
 _ASIDE_M, _AHEAD_M, _TURN_DEG = 1.5, 2.0, 12.0
-_FAR = 3.0  # interquartile ranges above the third quartile: an outlier, told and kept
+_FAR = 3.0  # interquartile ranges above the third quartile: an outlier, listed and counted
 _MOST_OUTLIERS = 50
 _FEW = 5
 
 
 @dataclass(frozen=True)
 class Pace:
-    """How many frames make a measurement, and how long it must and may last."""
+    """Length of a measurement: number of frames, and the least and the most seconds."""
 
     name: str
     frames: int
     least_s: float = 0.0
     warm_up: int = 3
     most_s: float = math.inf
-    """After so long a few frames are enough."""
+    """Time limit; once it is over, a few frames are enough."""
     warm_s: float = 0.0
-    """Frames to warm up go on for so long: a GPU that idled while a scene was built needs about a second to raise its
-    clock."""
+    """Least duration of the warm-up frames: a GPU that idled while a scene was built needs about a second to raise
+    its clock."""
 
     def goes_on(self, frames: int, lasted_s: float) -> bool:
-        """Whether another frame is due."""
+        """Return whether another frame is due."""
         if frames >= self.frames:
             return lasted_s < self.least_s
         return frames < _FEW or lasted_s < self.most_s
@@ -57,9 +57,9 @@ def pace(protocol: str, frames: int | None, software: bool) -> Pace:
 
 
 class Subject(Protocol):
-    """What can be measured: `Renderer` and `InstancedStrips`."""
+    """Subject of a measurement: `Renderer` or `InstancedStrips`."""
 
-    ctx: moderngl.Context
+    device: Device
     timers: PassTimers
 
     @property
@@ -68,7 +68,7 @@ class Subject(Protocol):
 
     @property
     def counts(self) -> Counts:
-        """Of the last frame."""
+        """Counts of the last frame."""
 
     def draw(self, framebuffer: moderngl.Framebuffer, time_s: float = 0.0, *, camera: Camera | None = None) -> None:
         """Draw a frame."""
@@ -92,10 +92,10 @@ def camera_on_path(camera: Camera, step: int, path: CameraPath | None = None) ->
     away = math.hypot(tx - x, tz - z) or 1.0
     ahead = (tx - x) / away, (tz - z) / away
     aside_m, ahead_m = _ASIDE_M * math.sin(turn), _AHEAD_M * 0.5 * (1.0 - math.cos(turn))
-    look = math.radians(_TURN_DEG) * math.sin(2.0 * turn)
+    angle = math.radians(_TURN_DEG) * math.sin(2.0 * turn)
     looking = (
-        ahead[0] * math.cos(look) - ahead[1] * math.sin(look),
-        ahead[0] * math.sin(look) + ahead[1] * math.cos(look),
+        ahead[0] * math.cos(angle) - ahead[1] * math.sin(angle),
+        ahead[0] * math.sin(angle) + ahead[1] * math.cos(angle),
     )
     x += ahead[0] * ahead_m - ahead[1] * aside_m
     z += ahead[1] * ahead_m + ahead[0] * aside_m
@@ -104,11 +104,11 @@ def camera_on_path(camera: Camera, step: int, path: CameraPath | None = None) ->
     )
 
 
-def clock(ctx: moderngl.Context, timers: PassTimers) -> str:
-    """What times, in words."""
+def clock(device: Device, timers: PassTimers) -> str:
+    """Describe the clock that times the frames."""
     if timers.queried:
         return "GPU timer queries, each pass; a frame is their sum"
-    if is_software(ctx):
+    if device.software:
         return "wall clock around finish(), as the CPU draws"
     return "wall clock around finish(), as this driver has no timer queries"
 
@@ -122,13 +122,33 @@ def measure(
     still: bool = False,
     began_s: float | None = None,
 ) -> dict[str, Any]:
-    """Everything about a frame of a subject, as the columns of a row. Raises `DeviceLostError`.
+    """Measure frames of a subject; returns the columns of a row. Raises `DeviceLostError`.
 
     With `still` the camera stays where the path begins. `began_s` is the `time.perf_counter()` at which the subject,
     which has drawn nothing yet, began to be built.
     """
-    ctx = subject.ctx
-    target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
+    ctx = subject.device.ctx
+    with subject.device.use():
+        colour, depth = ctx.texture(size, 4), ctx.depth_renderbuffer(size)
+        target = ctx.framebuffer([colour], depth)
+        try:
+            return _measured(subject, camera, target, at, path, still, began_s)
+        finally:
+            for part in (target, colour, depth):
+                part.release()
+
+
+def _measured(
+    subject: Subject,
+    camera: Camera,
+    target: moderngl.Framebuffer,
+    at: Pace,
+    path: CameraPath | None,
+    still: bool,
+    began_s: float | None,
+) -> dict[str, Any]:
+    device = subject.device
+    ctx = device.ctx
     first = camera_on_path(camera, 0, path)
     started, drawn, first_frame_s = time.perf_counter(), 0, None
     while drawn < at.warm_up or time.perf_counter() - started < at.warm_s:
@@ -137,7 +157,7 @@ def measure(
         drawn += 1
         if drawn == 1 and began_s is not None:
             first_frame_s = round(time.perf_counter() - began_s, 4)
-    with counted(ctx) as tally:
+    with counted(device) as submitted:
         subject.draw(target, 0.0, camera=first)
     counts = subject.counts
     nbytes = gpu_bytes(ctx)
@@ -146,11 +166,11 @@ def measure(
     _refuse_lost(ctx)
     repeats = min(max(at.frames // 2, 3), 31)
     least_ms = floor_ms(
-        ctx,
-        size,
-        # of blades drawn without a test, many are out of view; the primitives tell which are not
+        device,
+        target.size,
+        # of blades drawn without a test, many are out of view; the primitives show which are not
         blades=counts.drawn if getattr(subject, "culls", True) else 0,
-        primitives=tally.primitives_in_view,
+        primitives=submitted.primitives_in_view,
         blade_pixels=counts.pixels,
         repeats=repeats,
     )
@@ -160,11 +180,11 @@ def measure(
         "blades_simulated": counts.simulated,
         "blades_drawn": counts.drawn,
         "blade_pixels": counts.pixels,
-        "vertices": tally.vertices,
-        "primitives": tally.primitives,
-        "primitives_in_view": tally.primitives_in_view,
-        "draw_calls": tally.draw_calls,
-        "dispatches": tally.dispatches,
+        "vertices": submitted.vertices,
+        "primitives": submitted.primitives,
+        "primitives_in_view": submitted.primitives_in_view,
+        "draw_calls": submitted.draw_calls,
+        "dispatches": submitted.dispatches,
         **times,
         "floor_ms": round(least_ms, 4),
         "over_floor": round(times["frame_ms_median"] / max(least_ms, 1e-6), 2),
@@ -183,11 +203,11 @@ def _frames(
     step, began = 0, time.perf_counter()
     while at.goes_on(step, time.perf_counter() - began):
         seen_from = camera_at(step)
-        subject.ctx.finish()
+        subject.device.ctx.finish()
         started = time.perf_counter()
         subject.draw(target, step * STEP_S, camera=seen_from)
         python.append((time.perf_counter() - started) * 1e3)
-        subject.ctx.finish()
+        subject.device.ctx.finish()
         wall.append((time.perf_counter() - started) * 1e3)
         if queried:
             parts = subject.timers.milliseconds()
@@ -218,11 +238,11 @@ def _frames(
 
 
 def spread(frames_ms: Sequence[float]) -> dict[str, Any]:
-    """Columns that tell where the times of frames lie. Outliers are in all of them, and are listed."""
+    """Columns that describe the distribution of frame times. Outliers are in all of them, and are listed."""
     values = np.asarray(frames_ms, np.float64)
     low, middle, high, p95 = np.percentile(values, (25, 50, 75, 95))
     outliers = np.sort(values[values > high + _FAR * max(high - low, 0.01 * middle)])[::-1]
-    told = {
+    described = {
         "frame_ms_median": middle,
         "frame_ms_mean": values.mean(),
         "frame_ms_p25": low,
@@ -232,7 +252,7 @@ def spread(frames_ms: Sequence[float]) -> dict[str, Any]:
         "frame_ms_max": values.max(),
     }
     return {
-        **{name: round(float(value), 4) for name, value in told.items()},
+        **{name: round(float(value), 4) for name, value in described.items()},
         "outliers": len(outliers),
         "outliers_ms": [round(float(value), 4) for value in outliers[:_MOST_OUTLIERS]],
     }

@@ -1,4 +1,4 @@
-"""At equal picture: each technique's image of a scene against a clean one of the same scene, and what it costs."""
+"""Quality against cost: each technique's image of a scene, compared with a clean one of the same scene."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -41,7 +41,7 @@ def compare_techniques(
 ) -> str:
     """Measure every technique's picture of the meadow, by samples for each pixel, the reference first.
 
-    Each row and picture is kept at once. Returns why there are no distances, if so. Raises `GreenswardError`.
+    `keep` receives each row and picture at once. Returns why there are no distances, if so. Raises `GreenswardError`.
     """
     scene, size, reference_samples, samples = load(SCENE), SIZE, REFERENCE_SAMPLES, SAMPLES[scale]
     if scale == "toy":

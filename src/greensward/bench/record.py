@@ -1,4 +1,4 @@
-"""The JSON of a run: written whole, read with one sentence for whatever is wrong with it."""
+"""The JSON of a run: written atomically, and refused with one sentence where it is invalid."""
 
 import json
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ def write(path: Path, record: Record) -> None:
 
 
 def read(path: Path) -> Record:
-    """What `write` wrote. Raises `InputError` for anything else, and for another version of the format."""
+    """Read what `write` wrote. Raises `InputError` for anything else, and for another version of the format."""
     try:
         record: Record = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

@@ -65,8 +65,8 @@ def write_report(folder: Path, record: Record, pictures: Mapping[str, Picture] |
 def _shown_before(folder: Path, record: Record) -> dict[str, tuple[str, bytes]]:
     """Pictures that a report of the same techniques left in the folder."""
     compared = {row["technique"]: row["case"] for row in record["rows"] if "flip" in row}
-    told = {"reference": "reference", **{name: f"{name}, {case}" for name, case in compared.items()}}
-    files = {f"{name}.jpg": text for name, text in told.items() if compared}
+    captions = {"reference": "reference", **{name: f"{name}, {case}" for name, case in compared.items()}}
+    files = {f"{name}.jpg": text for name, text in captions.items() if compared}
     return {file: (text, (folder / file).read_bytes()) for file, text in files.items() if (folder / file).is_file()}
 
 
@@ -107,7 +107,7 @@ def _markdown(record: Record, drawn: Mapping[str, bytes], shown: Mapping[str, tu
             parts.append(_SAME + "\n")
         parts += [f"![{plot}]({plot})\n" for plot in _plots_of(name, drawn)]
         if "flip" in rows[0]:
-            parts += [f"![{told}]({file})\n\n*{told}*\n" for file, (told, _) in shown.items()]
+            parts += [f"![{caption}]({file})\n\n*{caption}*\n" for file, (caption, _) in shown.items()]
         parts += [tables.times(rows).markdown(), tables.work(rows).markdown(), tables.passes(rows).markdown()]
     left_out = tables.skipped(record)
     if left_out.rows:
@@ -116,13 +116,13 @@ def _markdown(record: Record, drawn: Mapping[str, bytes], shown: Mapping[str, tu
 
 
 def _plots_of(workload: str, drawn: Mapping[str, bytes]) -> list[str]:
-    return [name for name in drawn if name == (f"{workload}.png" if workload != "quality" else "cost-quality.png")]
+    return [name for name in drawn if name == (f"{workload}.webp" if workload != "quality" else "cost-quality.webp")]
 
 
 def _html(record: Record, drawn: Mapping[str, bytes], shown: Mapping[str, tuple[str, bytes]]) -> str:
-    def image(data: bytes, kind: str, told: str) -> str:
+    def image(data: bytes, kind: str, caption: str) -> str:
         text = base64.b64encode(data).decode()
-        return f'<img src="data:image/{kind};base64,{text}" alt="{escape(told)}">'
+        return f'<img src="data:image/{kind};base64,{text}" alt="{escape(caption)}">'
 
     parts = [f"<h1>{escape(_title(record))}</h1>", f'<div class="text">{tables.origin(record).html()}</div>']
     if record["machine"].get("incomplete"):
@@ -132,11 +132,11 @@ def _html(record: Record, drawn: Mapping[str, bytes], shown: Mapping[str, tuple[
         parts.append(f"<h2>{escape(name)}</h2>")
         if "flip" in rows[0]:
             parts.append(f"<p>{_SAME}</p>")
-        parts += [image(drawn[plot], "png", f"{name}, plotted") for plot in _plots_of(name, drawn)]
+        parts += [image(drawn[plot], "webp", f"{name}, plotted") for plot in _plots_of(name, drawn)]
         if "flip" in rows[0]:
             figures = [
-                f"<figure>{image(data, 'jpeg', told)}<figcaption>{escape(told)}</figcaption></figure>"
-                for told, data in shown.values()
+                f"<figure>{image(data, 'jpeg', caption)}<figcaption>{escape(caption)}</figcaption></figure>"
+                for caption, data in shown.values()
             ]
             parts.append(f'<div class="pictures">{"".join(figures)}</div>')
         parts.append(tables.times(rows).html())

@@ -1,4 +1,4 @@
-"""The baseline: instanced strips pulled from a buffer, as someone who knows moderngl writes them first."""
+"""The baseline: instanced triangle strips that pull their blades from a buffer."""
 
 from types import TracebackType
 from typing import Self
@@ -6,10 +6,10 @@ from typing import Self
 import moderngl
 import numpy as np
 
-from greensward.gpu.context import driver_name, open_context
-from greensward.gpu.pixel_pass import best_shell
-from greensward.gpu.program import build, put
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Draw
 from greensward.gpu.timers import PassTimers
+from greensward.gpu.view import View
 from greensward.ground import HeightField
 from greensward.renderer import Counts
 from greensward.scene import Camera, Scene, SceneError
@@ -18,7 +18,7 @@ from greensward.world import World
 
 _SKY = (0.55, 0.70, 0.90)
 VERTICES = 7
-"""Of a blade."""
+"""Vertices of a blade."""
 
 
 class InstancedStrips:
@@ -35,16 +35,13 @@ class InstancedStrips:
             raise SceneError(["scene: sowing.stored_m: instanced-strips draws stored blades; leave stored_m out"])
         self.scene, self.size = scene, size
         self._last: moderngl.Framebuffer | None = None
-        self.ctx = open_context(device)
-        try:
-            self.driver = driver_name(self.ctx)
-            self.timers = PassTimers(self.ctx)
-            self._heights = HeightField.of(scene)
-            self._world = World(self.ctx, scene, self._heights, best_shell(self.ctx))
-            self._array = self.ctx.vertex_array(build(self.ctx, "bench/strips.vert", "bench/strips.frag"), [])
-        except BaseException:
-            self.ctx.release()
-            raise
+        self.device = Device.shared(device)
+        self.ctx, self.driver = self.device.ctx, self.device.name
+        self.timers = PassTimers(self.device)
+        self._heights = HeightField.of(scene)
+        with self.device.use():
+            self._world = World(self.device, scene, self._heights, self.device.best_stage, {})
+            self._draw = Draw(self.device, "bench/strips.vert", "bench/strips.frag")
 
     @property
     def blades(self) -> int:
@@ -53,7 +50,7 @@ class InstancedStrips:
 
     @property
     def counts(self) -> Counts:
-        """Of the last picture, whose alpha tells blades from sky. Waits for the GPU."""
+        """Counts of the last picture, whose alpha separates blades from sky. Waits for the GPU."""
         pixels = 0
         if self._last:
             picture = np.frombuffer(self._last.read(components=4), np.uint8)
@@ -63,6 +60,10 @@ class InstancedStrips:
     def draw(self, framebuffer: moderngl.Framebuffer, time_s: float = 0.0, *, camera: Camera | None = None) -> None:
         """Draw every blade into a framebuffer that it clears."""
         view = camera_view(camera or self.scene.camera, self._heights, framebuffer.size)
+        with self.device.use(framebuffer):
+            self._draw_view(framebuffer, view, time_s)
+
+    def _draw_view(self, framebuffer: moderngl.Framebuffer, view: View, time_s: float) -> None:
         self._world.follow(view.camera_ws)
         self._last = framebuffer
         self.timers.start_frame()
@@ -70,19 +71,22 @@ class InstancedStrips:
             framebuffer.use()
             framebuffer.clear(*_SKY, 0.0)
             self.ctx.enable_only(moderngl.DEPTH_TEST)
-            matrix = np.ascontiguousarray(view.clip_from_world.T, np.float32)
-            put(self._array.program, clipFromWorld=tuple(matrix.ravel().tolist()), timeNow=time_s)
             for page in self._world.field.pages:
-                if page.thing is None and page.count:
-                    page.bind()
-                    self._array.render(moderngl.TRIANGLE_STRIP, vertices=VERTICES, instances=page.count)
+                if page.object_index is None and page.count:
+                    self._draw.run(
+                        moderngl.TRIANGLE_STRIP,
+                        VERTICES,
+                        page.count,
+                        Blades=page.blades,
+                        clip_from_world=view.clip_from_world,
+                        time_s=time_s,
+                    )
 
     def release(self) -> None:
         """Free every GPU resource."""
-        self._world.release()
-        self._array.program.release()
-        self._array.release()
-        self.ctx.release()
+        with self.device.use():
+            self._world.release()
+            self._draw.release()
 
     def __enter__(self) -> Self:
         return self

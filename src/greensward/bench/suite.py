@@ -1,4 +1,4 @@
-"""The run: every case by every technique, a row each, and an honest word on what is missing."""
+"""A run of the benchmark: every case by every technique, a row each, and a list of what was not measured."""
 
 import hashlib
 import platform
@@ -29,7 +29,7 @@ from greensward.bench.workloads import (
     drawn_by,
     toy,
 )
-from greensward.gpu.context import driver_name, is_software, open_context
+from greensward.gpu.device import Device
 from greensward.gpu.timers import PassTimers
 from greensward.io.camera_path import CameraPath
 from greensward.renderer import Renderer
@@ -38,14 +38,14 @@ from greensward.scene.load import dump, named_files
 from greensward.techniques import FAR, SETTINGS
 
 FORMAT = 1
-"""Of the JSON."""
+"""Version of the JSON format."""
 _LOST = (DeviceLostError, moderngl.Error, MemoryError)
 _LIBRARIES = ("moderngl", "numpy", "pydantic", "flip-evaluator", "matplotlib")
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a user asked for; empty means what each workload says."""
+    """Request of a user; what is empty is up to each workload."""
 
     workloads: Sequence[Workload]
     techniques: Sequence[str] = ()
@@ -56,12 +56,12 @@ class Wanted:
     quality: bool = True
     device: str = "auto"
     path: CameraPath | None = None
-    """Along which the camera moves in every workload; without one, along the same loop from each scene's own."""
+    """Path of the camera in every workload; without one, the same loop from each scene's own camera."""
 
 
 @dataclass
 class Result:
-    """What is known so far; `json` is the file, `pictures` are for the report only."""
+    """Results so far; `json` is the file, `pictures` are for the report only."""
 
     machine: dict[str, Any]
     rows: list[dict[str, Any]] = field(default_factory=list)
@@ -78,40 +78,37 @@ class Result:
 
 
 def machine(wanted: Wanted) -> tuple[dict[str, Any], bool]:
-    """What the measurements belong to, and whether the CPU draws. Raises `GreenswardError`."""
-    ctx = open_context(wanted.device)
-    try:
-        software = is_software(ctx)
-        at = pace(wanted.protocol, wanted.frames, software)
-        return {
-            "format": FORMAT,
-            "greensward": __version__,
-            "commit": commit(Path(__file__).parent),
-            "driver": driver_name(ctx),
-            "vendor": ctx.info["GL_VENDOR"],
-            "opengl": ctx.info["GL_VERSION"],
-            "software": software,
-            "clock": clock(ctx, PassTimers(ctx)),
-            "system": platform.platform(),
-            "processor": processor(),
-            "python": platform.python_version(),
-            "libraries": {name: _version(name) for name in _LIBRARIES},
-            "protocol": at.name,
-            "scale": wanted.scale,
-            "frames": at.frames,
-            "warm_up": at.warm_up,
-            "camera_path": wanted.path.digest if wanted.path else None,
-            "skipped": [],
-            "incomplete": None,
-        }, software
-    finally:
-        ctx.release()
+    """Describe the machine, and return whether the CPU draws. Raises `GreenswardError`."""
+    device = Device.shared(wanted.device)
+    software = device.software
+    at = pace(wanted.protocol, wanted.frames, software)
+    return {
+        "format": FORMAT,
+        "greensward": __version__,
+        "commit": commit(Path(__file__).parent),
+        "driver": device.name,
+        "vendor": device.ctx.info["GL_VENDOR"],
+        "opengl": device.ctx.info["GL_VERSION"],
+        "software": software,
+        "clock": clock(device, PassTimers(device)),
+        "system": platform.platform(),
+        "processor": processor(),
+        "python": platform.python_version(),
+        "libraries": {name: _version(name) for name in _LIBRARIES},
+        "protocol": at.name,
+        "scale": wanted.scale,
+        "frames": at.frames,
+        "warm_up": at.warm_up,
+        "camera_path": wanted.path.digest if wanted.path else None,
+        "skipped": [],
+        "incomplete": None,
+    }, software
 
 
 def commit(folder: Path) -> str | None:
     """The git commit of the package's source, `+` if changed; None where it is not in a repository of its own."""
     try:
-        told = [
+        answers = [
             subprocess.run(
                 ["git", "-C", str(folder), *command], capture_output=True, text=True, timeout=10, check=True
             ).stdout.strip()
@@ -123,12 +120,12 @@ def commit(folder: Path) -> str | None:
         ]
     except (OSError, subprocess.SubprocessError):
         return None
-    tracked, name, changed = told
+    tracked, name, changed = answers
     return f"{name}{'+' if changed else ''}" if tracked else None
 
 
 def processor() -> str:
-    """The CPU's own name, where the system tells it."""
+    """The CPU's own name, where the system gives it."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
@@ -182,9 +179,9 @@ def _jobs(wanted: Wanted, result: Result) -> Iterator[_Job]:
 
 
 def run(
-    wanted: Wanted, *, tell: Callable[[str], None] = lambda _: None, keep: Callable[[Result], None] = lambda _: None
+    wanted: Wanted, *, notify: Callable[[str], None] = lambda _: None, keep: Callable[[Result], None] = lambda _: None
 ) -> Result:
-    """Measure everything wanted. `keep` is called after each row with what is known so far.
+    """Measure everything wanted. `keep` is called after each row with the results so far.
 
     A case that cannot be drawn is noted under `machine.skipped`; if the device is lost, `machine.incomplete` says
     what is missing, and the rows so far are returned.
@@ -194,23 +191,23 @@ def run(
     at = pace(wanted.protocol, wanted.frames, software)
     jobs = list(_jobs(wanted, result))
     for done, job in enumerate(jobs):
-        told = f"{job.workload.name}, {job.technique}, {job.case.name}"
+        label = f"{job.workload.name}, {job.technique}, {job.case.name}"
         try:
             row = _row(job, wanted, at)
         except _LOST as error:
-            described["incomplete"] = f"{_told(error)} after {done} of {len(jobs)} measurements, in {told}"
+            described["incomplete"] = f"{_message(error)} after {done} of {len(jobs)} measurements, in {label}"
             return result
         except GreenswardError as error:
             result.skip(job.workload.name, job.technique, job.case.name, str(error))
-            tell(f"{told}: skipped: {error}")
+            notify(f"{label}: skipped: {error}")
             continue
         result.rows.append(row)
         described["incomplete"] = f"stopped after {done + 1} of {len(jobs)} measurements"
-        tell(f"{told}: {row['frame_ms_median']:.2f} ms, {row['over_floor']:.1f} × floor")
+        notify(f"{label}: {row['frame_ms_median']:.2f} ms, {row['over_floor']:.1f} × floor")
         keep(result)
     described["incomplete"] = None
     if wanted.quality:
-        _add_quality(result, wanted, at, tell, keep)
+        _add_quality(result, wanted, at, notify, keep)
     keep(result)
     return result
 
@@ -238,7 +235,7 @@ def _row(job: _Job, wanted: Wanted, at: Pace) -> dict[str, Any]:
 
 
 def _add_quality(
-    result: Result, wanted: Wanted, at: Pace, tell: Callable[[str], None], keep: Callable[[Result], None]
+    result: Result, wanted: Wanted, at: Pace, notify: Callable[[str], None], keep: Callable[[Result], None]
 ) -> None:
     result.machine["incomplete"] = "stopped before all techniques were compared at equal picture"
     techniques = [name for name in wanted.techniques or SETTINGS if name in SETTINGS]
@@ -253,7 +250,7 @@ def _add_quality(
             return
         result.rows.append(row)
         result.pictures[f"{row['technique']}, {row['case']}"] = picture
-        tell(f"quality, {row['technique']}, {row['case']}: FLIP {row['flip']}, {row['frame_ms_median']:.2f} ms")
+        notify(f"quality, {row['technique']}, {row['case']}: FLIP {row['flip']}, {row['frame_ms_median']:.2f} ms")
         keep(result)
 
     # a frame of many samples is many frames
@@ -261,7 +258,7 @@ def _add_quality(
     try:
         missing = compare_techniques(techniques, brief, wanted.scale, wanted.device, add)
     except _LOST as error:
-        result.machine["incomplete"] = f"techniques are not all compared at equal picture: {_told(error)}"
+        result.machine["incomplete"] = f"techniques are not all compared at equal picture: {_message(error)}"
         return
     except GreenswardError as error:
         missing = str(error)
@@ -270,5 +267,5 @@ def _add_quality(
         result.skip(QUALITY, "", "", missing)
 
 
-def _told(error: BaseException) -> str:
+def _message(error: BaseException) -> str:
     return "memory ran out" if isinstance(error, MemoryError) else str(error)

@@ -20,7 +20,7 @@ class Table:
         self.rows.append([str(cell) for cell in cells])
 
     def markdown(self) -> str:
-        """With a newline at its end."""
+        """Markdown, with a newline at its end."""
         lines = [self.head, *self.rows]
         shown = ["| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines]
         return "\n".join([shown[0], "|---" * len(self.head) + "|", *shown[1:]]) + "\n"
@@ -36,7 +36,7 @@ class Table:
 
 
 def number(value: float | None) -> str:
-    """Milliseconds and ratios: three digits that matter."""
+    """Milliseconds and ratios: three significant digits."""
     if value is None:
         return "–"
     return f"{value:,.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
@@ -56,7 +56,7 @@ def by_workload(record: Record) -> dict[str, list[dict[str, Any]]]:
 
 
 def times(rows: Iterable[dict[str, Any]]) -> Table:
-    """What a frame takes, in milliseconds."""
+    """Times of a frame in milliseconds."""
     head = ["case", "technique", "size", "median", "average", "p95", "best", "worst", "outliers", "whole, wall"]
     rows = list(rows)
     compared = any("flip" in row for row in rows)
@@ -67,7 +67,7 @@ def times(rows: Iterable[dict[str, Any]]) -> Table:
     for row in rows:
         began = [number(row.get("first_frame_s"))] if first else []
         extra = ["–" if row["flip"] is None else f"{row['flip']:.4f}"] if compared else []
-        told = [row.get("published", "")] if published else []
+        source = [row.get("published", "")] if published else []
         table.add(
             row["case"],
             row["technique"],
@@ -77,13 +77,13 @@ def times(rows: Iterable[dict[str, Any]]) -> Table:
             *(number(row.get(name)) for name in ("wall_ms_median", "cpu_ms_median", "floor_ms", "over_floor")),
             *began,
             *extra,
-            *told,
+            *source,
         )
     return table
 
 
 def work(rows: Iterable[dict[str, Any]]) -> Table:
-    """What a frame draws."""
+    """Counts of what a frame draws."""
     columns = {
         "considered": "blades_considered",
         "simulated": "blades_simulated",
@@ -143,7 +143,7 @@ def origin(record: Record) -> Table:
 
 
 def skipped(record: Record) -> Table:
-    """What was not measured, and why: a line for each workload and reason."""
+    """Cases that were not measured: a line for each workload and reason."""
     groups: dict[tuple[str, str], tuple[dict[str, None], dict[str, None]]] = {}
     for each in record["machine"].get("skipped", []):
         techniques, cases = groups.setdefault((each.get("workload", ""), each.get("reason", "")), ({}, {}))

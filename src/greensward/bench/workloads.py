@@ -1,4 +1,4 @@
-"""WHAT is measured: workloads named after their sources, each a list of cases."""
+"""Workloads of the benchmark, named after their sources, each a list of cases."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -30,17 +30,17 @@ class Case:
     name: str
     build: Callable[[], Scene]
     size: Size | None = None
-    """Where the source says it; otherwise a size of the machine's liking."""
+    """Size of the picture in the source; None for one that suits the machine."""
     quick: bool = True
-    """Whether a CPU draws it in seconds."""
+    """True where a CPU draws it in seconds."""
     settings: Mapping[str, Any] = field(default_factory=dict)
-    """For the techniques that have such settings."""
+    """Settings, for the techniques that have them."""
     only: tuple[str, ...] = ()
-    """The techniques that tell it from the other cases; empty for all."""
+    """The techniques for which it differs from the other cases; empty for all."""
     published: str = ""
-    """What the source measured, in its own words."""
+    """Result in the source, quoted."""
     still: bool = False
-    """Whether the camera stays where its path begins, so that what is culled stays as well."""
+    """True if the camera stays at the start of its path, so that culling does not change."""
 
 
 @dataclass(frozen=True)
@@ -145,11 +145,11 @@ _QUICK_ROWS = {("Oasis", 160), ("Meadow", 300), ("Instance", 2000)}
 def _table1() -> tuple[Case, ...]:
     cases = []
     for name, edge_m, effects, added, fps, visible in _TABLE_1:
-        told = f"{name} {edge_m}x{edge_m}{', ' + added if added else ''}, effects {'on' if effects else 'off'}"
+        label = f"{name} {edge_m}x{edge_m}{', ' + added if added else ''}, effects {'on' if effects else 'off'}"
         preset = f"jahrmann2013-{name.lower()}"
         cases.append(
             Case(
-                told,
+                label,
                 partial(_table1_scene, preset, float(edge_m), effects, added),
                 (1200, 800),
                 quick=(name, edge_m) in _QUICK_ROWS and (name != "Meadow" or added == "objects"),
@@ -312,7 +312,7 @@ def workloads() -> dict[str, Workload]:
         ),
         Workload(
             "responsive-10m",
-            "Yan, Wu & Wang 2024: blades that all remember, in strong wind",
+            "Yan, Wu & Wang 2024: every blade with simulation state, in strong wind",
             _responsive(),
             ("visibility-buffer", "bezier-blades"),
         ),
@@ -348,7 +348,7 @@ def workloads() -> dict[str, Workload]:
 
 
 QUICK = ("blade-count", "field-scale", "presets", "jahrmann2013-table1", "tillman2013-resolution", "ablation")
-"""What is measured unless a user names something."""
+"""Workloads of a run that names none."""
 
 
 def chosen_workloads(names: tuple[str, ...]) -> tuple[Workload, ...]:

@@ -62,7 +62,7 @@ _SETTLED = 8
 
 @dataclass(frozen=True)
 class _Clip:
-    """Which frames are drawn: their numbers, counted from a start that a checkpoint hands on."""
+    """Range of the frames that are drawn, counted from a start that a checkpoint preserves."""
 
     start_s: float
     fps: float
@@ -90,7 +90,7 @@ def animate(
         typer.Option(
             parser=above_zero(1e9, "seconds"),
             metavar="SECONDS",
-            help="How long the clip lasts; 4, or until the camera's path ends.",
+            help="Length of the clip; 4, or until the camera's path ends.",
             show_default=False,
         ),
     ] = None,
@@ -122,13 +122,13 @@ def animate(
     camera_path: CameraFile = None,
     device: Device = "auto",
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Start a PNG sequence over, removing its frames.")
+        bool, typer.Option("--overwrite", help="Restart a PNG sequence, removing its frames.")
     ] = False,
     checkpoint: Annotated[
-        Path | None, typer.Option(metavar="FILE.npz", help="Save how the grass stands after the last frame.")
+        Path | None, typer.Option(metavar="FILE.npz", help="Save the simulation state after the last frame.")
     ] = None,
     before: Annotated[
-        Path | None, typer.Option("--from", metavar="FILE.npz", help="Go on from a checkpoint.")
+        Path | None, typer.Option("--from", metavar="FILE.npz", help="Continue from a checkpoint.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -145,7 +145,7 @@ def animate(
     _spare(loaded, output, files, checkpoint)
     made_with = _made_with(loaded, size, samples, clip, path)
     if known and known.scene != made_with["scene"]:
-        raise InputError(f"{before}: was saved from another scene; go on with the same one, and the same options")
+        raise InputError(f"{before}: was saved from another scene; continue with the same one, and the same options")
     if files:
         files.check(made_with, overwrite)
 
@@ -154,13 +154,15 @@ def animate(
     spent = {"write": 0.0}
     loading_s = time.perf_counter() - begin
     with (
-        _told(output),
+        _interruptible(output),
         Renderer(loaded, size=size, samples=samples or 1, temporal=samples is None, device=device) as renderer,
-        progress() as tell,
+        progress() as notify,
     ):
         if before and known:
             _resume(renderer, before, known)
-        job = _Job(renderer, clip, tell, spent, cameras(renderer, map(clip.time_s, clip.indices), path, camera_path))
+        job = _Job(
+            renderer, clip, notify, spent, cameras(renderer, map(clip.time_s, clip.indices), path, camera_path)
+        )
         if files:
             drawn = job.write_files(output, files, made_with, overwrite, to_the_end=checkpoint is not None)
         else:
@@ -175,16 +177,16 @@ def animate(
     _report(done, spent | {"total": time.perf_counter() - begin}, as_json)
 
 
-def _interrupted(told: str) -> "GreenswardError":
+def _interrupted(message: str) -> "GreenswardError":
     from greensward.scene.errors import GreenswardError
 
-    error = GreenswardError(told)
+    error = GreenswardError(message)
     error.exit_code = 130
     return error
 
 
 @contextlib.contextmanager
-def _told(output: str) -> Iterator[None]:
+def _interruptible(output: str) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
@@ -240,7 +242,7 @@ def _clip(
         if fps not in (None, known.fps):
             raise InputError(f"--fps: must be that of {before}, which is {known.fps:g} (got {fps:g})")
         if start_s is not None:
-            raise InputError("--time: cannot be given with --from, which goes on where the checkpoint ends")
+            raise InputError("--time: cannot be given with --from, which continues where the checkpoint ends")
         fps, start_s = known.fps, known.start_s
     fps = 30.0 if fps is None else fps
     if seconds is None:
@@ -281,12 +283,12 @@ def _spare(scene: "Scene", output: str, files: "FrameFiles | None", checkpoint: 
         from greensward.io.rasters import check_writable
 
         check_writable(checkpoint, (".npz",))
-        kept = checkpoint.resolve()
-        spare_what_is_read(scene, checkpoint, lambda path: path == kept)
+        written = checkpoint.resolve()
+        spare_what_is_read(scene, checkpoint, lambda path: path == written)
 
 
 def _hash(scene: "Scene") -> str:
-    """What tells scenes apart, the content of their files included."""
+    """Hash of a scene and of the content of its files."""
     from greensward.scene.load import dump, named_files
 
     scene_hash = hashlib.sha256(dump(scene).encode())
@@ -298,7 +300,7 @@ def _hash(scene: "Scene") -> str:
 def _made_with(
     scene: "Scene", size: tuple[int, int], samples: int | None, clip: _Clip, path: "CameraPath | None"
 ) -> dict[str, object]:
-    """What the frames of a sequence must share: a later run goes on only from frames that it would draw."""
+    """Options that all frames of a sequence share: a later run continues only frames that it would draw."""
     from greensward import __version__
 
     return {
@@ -320,7 +322,7 @@ def _made_with(
 class _Job:
     renderer: "Renderer"
     clip: _Clip
-    tell: Callable[[int, int], None]
+    notify: Callable[[int, int], None]
     spent: dict[str, float]
     camera_at: "Callable[[float], Camera | None]"
 
@@ -362,27 +364,27 @@ class _Job:
     def _draw(
         self, indices: range, present: Collection[int], add: "Callable[[int, npt.NDArray[np.uint8]], None]"
     ) -> None:
-        """Draw frames and hand them on. Those that are present only move the grass on, or temporal pictures."""
+        """Draw frames and pass them on. Those that are present only advance the simulation, or temporal pictures."""
         temporal, samples = self.renderer.temporal, self.renderer.samples
         settling = list(indices[:1]) * max(0, _SETTLED - self.renderer.blended) if temporal else []
         total = len(settling) + sum(1 if index in present else samples for index in indices)
         done = 0
 
-        def tell(sample: int, _: int) -> None:
-            self.tell(done + sample, total)
+        def notify(sample: int, _: int) -> None:
+            self.notify(done + sample, total)
 
         for index in settling:
             time_s = self.clip.time_s(index)
-            self.renderer.render(time_s=time_s, camera=self.camera_at(time_s), progress=tell)
+            self.renderer.render(time_s=time_s, camera=self.camera_at(time_s), progress=notify)
             done += 1
         for index in indices:
             time_s = self.clip.time_s(index)
             if index in present and not temporal:
                 self.renderer.advance(time_s, camera=self.camera_at(time_s))
                 done += 1
-                self.tell(done, total)
+                self.notify(done, total)
                 continue
-            frame = self.renderer.render(time_s=time_s, camera=self.camera_at(time_s), progress=tell)
+            frame = self.renderer.render(time_s=time_s, camera=self.camera_at(time_s), progress=notify)
             done += samples
             if index not in present:
                 with self._writing():

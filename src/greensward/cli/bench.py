@@ -48,11 +48,11 @@ def _sizes(texts: Iterable[str] | None) -> list[tuple[int, int]]:
 
 def bench(
     workloads: Annotated[
-        list[str] | None, typer.Argument(metavar="[WORKLOAD]...", help="What to measure, as --list has it; or all.")
+        list[str] | None, typer.Argument(metavar="[WORKLOAD]...", help="Workloads, as listed by --list; or all.")
     ] = None,
     techniques: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAMES", help="Which draw it, with commas; if not given, those of each workload."),
+        typer.Option(metavar="NAMES", help="Techniques, with commas; if not given, those of each workload."),
     ] = None,
     sizes: Annotated[
         list[str] | None,
@@ -79,7 +79,7 @@ def bench(
         typer.Option(
             parser=_one(("quick", "full", "toy")),
             metavar="quick|full|toy",
-            help="quick leaves out what takes a CPU long; toy makes everything tiny, to see that it runs.",
+            help="quick leaves out what takes long on a CPU; toy makes everything tiny, as a smoke test.",
         ),
     ] = "quick",
     camera_path: CameraFile = None,
@@ -88,7 +88,7 @@ def bench(
     ] = True,
     json_file: Annotated[
         Path | None,
-        typer.Option("--json", metavar="FILE", help="Where to write the rows; kept up to date meanwhile."),
+        typer.Option("--json", metavar="FILE", help="Where to write the rows, after each of them."),
     ] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Where to write report.html and report.md.")
@@ -104,7 +104,7 @@ def bench(
     listing: Annotated[bool, typer.Option("--list", help="List the workloads.")] = False,
     device: Device = "auto",
 ) -> None:
-    """Measure techniques fairly: everything counted, beside the machine's own floor, at equal picture."""
+    """Benchmark techniques: every frame counted, beside the machine's floor, at equal quality."""
     if listing:
         _list()
         return
@@ -150,14 +150,14 @@ def _show(sources: list[Path], json_file: Path | None, report: Path | None) -> N
     from greensward.bench import record
     from greensward.bench.report import markdown_tables, write_report
 
-    kept = record.merged({path: record.read(path) for path in sources})
+    merged = record.merged({path: record.read(path) for path in sources})
     _check(json_file, report)
     if json_file:
-        record.write(json_file, kept)
+        record.write(json_file, merged)
     if report:
-        _say(report, write_report(report, kept, None))
+        _say(report, write_report(report, merged, None))
     if not report and not json_file:
-        print(markdown_tables(kept), end="")
+        print(markdown_tables(merged), end="")
 
 
 def _measure(wanted: "Wanted", json_file: Path | None, report: Path | None) -> None:
@@ -172,7 +172,7 @@ def _measure(wanted: "Wanted", json_file: Path | None, report: Path | None) -> N
         if json_file:
             record.write(json_file, result.json)
 
-    result = run(wanted, tell=_tell, keep=keep)
+    result = run(wanted, notify=_notify, keep=keep)
     keep(result)
     if report:
         _say(report, write_report(report, result.json, result.pictures))
@@ -197,8 +197,8 @@ def _check(json_file: Path | None, report: Path | None) -> None:
         check_folder(report)
 
 
-def _tell(line: str) -> None:
-    """On a terminal, what is done; a pipe hears of what is missing alone."""
+def _notify(line: str) -> None:
+    """Print progress on a terminal, and nothing into a pipe."""
     if sys.stderr.isatty():
         print(line, file=sys.stderr)
 

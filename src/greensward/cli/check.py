@@ -18,7 +18,7 @@ def check(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A preset's name, a TOML file or its folder.")],
     as_json: Annotated[bool, typer.Option("--json", help='Print {"ok": …, "errors": […]}.')] = False,
 ) -> None:
-    """Tell all that is wrong with a scene and its files."""
+    """Report every error in a scene and its files."""
     from greensward.scene.errors import SceneError
     from greensward.scene.load import load, named_files
     from greensward.techniques import SETTINGS
@@ -35,7 +35,7 @@ def check(
         raise typer.Exit(2 if problems else 0)
     count = {0: "no files", 1: "1 file"}.get(files := len(named_files(loaded)), f"{files} files")
     title = loaded.title or "untitled"
-    print(f"{scene}: is right: “{title}”, {loaded.ground.kind} ground, {len(loaded.grass)} species, {count}")
+    print(f"{scene}: valid: “{title}”, {loaded.ground.kind} ground, {len(loaded.grass)} species, {count}")
 
 
 def _read(key: str, path: Path, table: Mapping[str, Any]) -> None:
@@ -64,5 +64,5 @@ def _read(key: str, path: Path, table: Mapping[str, Any]) -> None:
     try:
         ground = HeightMapGround.model_validate(table)
     except ValidationError:
-        return  # reported already; how to read the file is not known until that is mended
+        return  # reported already; how to read the file is not known until that is fixed
     read_heights(path, ground.key, ground.height_m, ground.height_scale, ground.no_data)

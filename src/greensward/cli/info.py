@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    import moderngl
+    from greensward.gpu.device import Device
 
 EXAMPLES = """\b
 Examples:
@@ -33,19 +33,20 @@ _NO_GPU = (
 
 
 def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
-    """Tell what greensward runs on, what works here, and the cure for what does not."""
-    told = _tell()
-    print(json.dumps(told, indent=2) if as_json else _text(told))
-    raise typer.Exit(0 if told["works"] else 1)
+    """Report what greensward runs on, what works here, and the fix for what does not."""
+    report = _report()
+    print(json.dumps(report, indent=2) if as_json else _text(report))
+    raise typer.Exit(0 if report["works"] else 1)
 
 
-def _tell() -> dict[str, Any]:
+def _report() -> dict[str, Any]:
     from greensward import __version__
-    from greensward.gpu.context import devices, open_context
+    from greensward.gpu.adapters import adapters
+    from greensward.gpu.device import Device
     from greensward.scene.errors import GreenswardError
     from greensward.techniques import TECHNIQUES
 
-    told: dict[str, Any] = {
+    report: dict[str, Any] = {
         "version": __version__,
         "python": platform.python_version(),
         "platform": f"{platform.platform()}, {platform.machine()}",
@@ -59,14 +60,11 @@ def _tell() -> dict[str, Any]:
         "limits": {},
     }
     try:
-        told["devices"] = [vars(device) for device in devices()]
-        ctx = open_context()
+        report["devices"] = [vars(adapter) for adapter in adapters()]
+        device = Device.shared()
     except GreenswardError as error:
-        return told | {"problem": str(error)}
-    try:
-        return told | {"works": True} | _tell_context(ctx)
-    finally:
-        ctx.release()
+        return report | {"problem": str(error)}
+    return report | {"works": True} | _driver(device)
 
 
 def _version(library: str) -> str | None:
@@ -76,13 +74,10 @@ def _version(library: str) -> str | None:
         return None
 
 
-def _tell_context(ctx: "moderngl.Context") -> dict[str, Any]:
+def _driver(device: "Device") -> dict[str, Any]:
     import ctypes
 
-    from greensward.gpu.context import driver_name, gl_function, is_software
-
-    software = is_software(ctx)
-    extensions = ctx.extensions
+    ctx, software = device.ctx, device.software
     features = [
         ("OpenGL 4.3 or later", True, None),
         ("tessellation", True, None),
@@ -90,59 +85,62 @@ def _tell_context(ctx: "moderngl.Context") -> dict[str, Any]:
         ("a GPU", not software, _NO_GPU),
         (
             "draw parameters in shaders",
-            ctx.version_code >= 460 or "GL_ARB_shader_draw_parameters" in extensions,
+            ctx.version_code >= 460 or "GL_ARB_shader_draw_parameters" in ctx.extensions,
             "a newer graphics driver has them",
         ),
         (
             "64-bit atomics",
-            "GL_NV_shader_atomic_int64" in extensions,
+            device.features.wide_atomics,
             "only NVIDIA's driver offers them; no scene needs them",
         ),
         (
+            "program binaries kept between processes",
+            device.programs.keeps_binaries,
+            "this driver gives none, or GREENSWARD_PROGRAM_CACHE is off; shaders are compiled in each process",
+        ),
+        (
             "timer queries",
-            not software,
+            device.features.timer_queries,
             "a CPU driver works outside of them; passes are timed by the clock instead",
         ),
     ]
-    get = gl_function(ctx, "glGetIntegerv", None, ctypes.c_uint, ctypes.c_void_p)
+    get = device.function("glGetIntegerv", None, ctypes.c_uint, ctypes.c_void_p)
     values = (ctypes.c_int * 4)()
     limits = {}
     for name, query in _LIMITS.items():
-        get(query, values)
+        get(query, ctypes.byref(values))
         limits[name] = values[0]
     return {
         "driver": {
-            "name": driver_name(ctx),
+            "name": device.name,
             "vendor": ctx.info["GL_VENDOR"],
             "opengl": f"{ctx.version_code // 100}.{ctx.version_code // 10 % 10}",
             "version": ctx.info["GL_VERSION"],
             "software": software,
         },
-        "features": [
-            {"name": name, "works": works, "cure": None if works else cure} for name, works, cure in features
-        ],
+        "features": [{"name": name, "works": works, "fix": None if works else fix} for name, works, fix in features],
         "limits": limits,
     }
 
 
-def _text(told: dict[str, Any]) -> str:
-    libraries = ", ".join(f"{name} {found or 'missing'}" for name, found in told["libraries"].items())
+def _text(report: dict[str, Any]) -> str:
+    libraries = ", ".join(f"{name} {found or 'missing'}" for name, found in report["libraries"].items())
     lines = [
-        f"greensward {told['version']}, Python {told['python']}, {told['platform']}",
+        f"greensward {report['version']}, Python {report['python']}, {report['platform']}",
         libraries,
         "",
     ]
-    lines += [f"technique {each['name']}: {each['source']}" for each in told["techniques"]]
-    lines += [f"device {device['index']}: {device['name']}" for device in told["devices"]]
-    if not told["works"]:
-        return "\n".join([*lines, f"Nothing can be drawn here: {told['problem']}"])
-    driver = told["driver"]
+    lines += [f"technique {each['name']}: {each['source']}" for each in report["techniques"]]
+    lines += [f"device {device['index']}: {device['name']}" for device in report["devices"]]
+    if not report["works"]:
+        return "\n".join([*lines, f"Nothing can be drawn here: {report['problem']}"])
+    driver = report["driver"]
     lines += [f"drawing on {driver['name']}, OpenGL {driver['opengl']} ({driver['version']})", ""]
     lines += [
         f"{'yes' if feature['works'] else 'no ':3}  {feature['name']}"
-        + (f": {feature['cure']}" if feature["cure"] else "")
-        for feature in told["features"]
+        + (f": {feature['fix']}" if feature["fix"] else "")
+        for feature in report["features"]
     ]
-    width = max(map(len, told["limits"]))
-    lines += ["", *(f"{name:{width}}  {value:,}" for name, value in told["limits"].items())]
+    width = max(map(len, report["limits"]))
+    lines += ["", *(f"{name:{width}}  {value:,}" for name, value in report["limits"].items())]
     return "\n".join(lines)

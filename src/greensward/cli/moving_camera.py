@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def read_path(file: Path | None, camera: str | None) -> "CameraPath | None":
-    """What `--camera-path` names. Raises `InputError`, also where `--camera` says otherwise."""
+    """Read the path that `--camera-path` names. Raises `InputError`, also where `--camera` says otherwise."""
     from greensward.io.camera_path import CameraPath
     from greensward.scene.errors import InputError
 

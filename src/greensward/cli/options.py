@@ -1,4 +1,4 @@
-"""What the commands that draw share: their options, how they read them, and how they show how far they are."""
+"""Options of the commands that draw, their parsing, and the progress bar."""
 
 import contextlib
 import math
@@ -85,20 +85,21 @@ Overrides: TypeAlias = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Change one key of the scene; may be repeated."),
 ]
 Seed: TypeAlias = Annotated[
-    Any, typer.Option(parser=whole(0, 2**32 - 1), metavar="N", help="Another field of the same kind.")
+    Any,
+    typer.Option(parser=whole(0, 2**32 - 1), metavar="N", help="Seed: another field of the same kind."),
 ]
 Technique: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="NAME", help="How to draw the grass, as listed by `info`.")
+    str | None, typer.Option(metavar="NAME", help="Technique that draws the grass, as listed by `info`.")
 ]
 View: TypeAlias = Annotated[
     str | None,
     typer.Option(metavar="VIEW", help="x,y,z:tx,ty,tz[:fov] in metres and degrees, or a TOML file with [camera]."),
 ]
 CameraFile: TypeAlias = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Where the camera is when: a TOML file of keys.")
+    Path | None, typer.Option(metavar="FILE", help="Path of the camera: a TOML file of keys.")
 ]
 Device: TypeAlias = Annotated[
-    str, typer.Option(parser=_device, metavar="auto|cpu|N", help="Where to draw: N is a GPU, from 0.")
+    str, typer.Option(parser=_device, metavar="auto|cpu|N", help="Device to draw on: N is a GPU, from 0.")
 ]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print what was done as JSON.")]
 
@@ -132,7 +133,7 @@ def spare_what_is_read(scene: "Scene", output: object, is_written: Callable[[Pat
 
 @contextlib.contextmanager
 def progress() -> Iterator[Callable[[int, int], None]]:
-    """Tells how far the drawing is: a bar and the time left on a terminal, silence in a pipe."""
+    """Show progress: a bar and the time left on a terminal, nothing in a pipe."""
     if not sys.stderr.isatty():
         yield lambda _done, _total: None
         return

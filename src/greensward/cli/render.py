@@ -3,10 +3,11 @@
 import json
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 
+from greensward.aovs import AOVS, Aov, unknown_aov
 from greensward.cli.options import (
     AsJson,
     Device,
@@ -29,17 +30,15 @@ Examples:
   greensward render meadow -o windy.png --set wind.0.speed_mps=12 --time 3.5
   greensward render hill/scene.toml -o hill.png --size 1920x1080 --samples 16
   greensward render meadow -o close.png --camera 0,0.4,2:0,0.2,-5:35
-  greensward render meadow -o data.png --aov depth,class,blade-id --json
+  greensward render meadow -o data.png --aov depth,class,blade_id --json
 """
-AOVS = ("depth", "normal", "class", "blade-id", "motion", "albedo")
 
 
-def _aovs(texts: list[str]) -> tuple[str, ...]:
+def _aovs(texts: list[str]) -> tuple[Aov, ...]:
     names = [name.strip() for text in texts for name in text.split(",")]
-    for name in names:
-        if name not in AOVS:
-            raise typer.BadParameter(f"must be one or more of {','.join(AOVS)} (got {name or 'nothing'})")
-    return tuple(dict.fromkeys(names))
+    if unknown := unknown_aov(names):
+        raise typer.BadParameter(unknown, param_hint="'--aov'")
+    return cast(tuple[Aov, ...], tuple(dict.fromkeys(names)))
 
 
 def render(
@@ -68,11 +67,7 @@ def render(
 ) -> None:
     """Draw one picture of a scene."""
     begin = time.perf_counter()
-    try:
-        aovs = _aovs(aov or [])
-    except typer.BadParameter as error:
-        error.param_hint = "'--aov'"
-        raise
+    aovs = _aovs(aov or [])
     from greensward.io.rasters import check_writable, write_npz, write_picture
 
     truth = output.with_suffix(".npz") if aovs else None
@@ -86,8 +81,8 @@ def render(
     from greensward.renderer import Renderer
 
     loading_s = time.perf_counter() - begin
-    with Renderer(loaded, size=size, samples=samples, device=device) as renderer, progress() as tell:
-        frame = renderer.render(time_s=time_s, aovs=aovs, progress=tell)
+    with Renderer(loaded, size=size, samples=samples, device=device) as renderer, progress() as notify:
+        frame = renderer.render(time_s=time_s, aovs=aovs, progress=notify)
         seconds = {"load": loading_s, **renderer.seconds}
         blades, driver, name = renderer.blades, renderer.driver, renderer.technique_name
     writing = time.perf_counter()

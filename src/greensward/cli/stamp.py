@@ -25,7 +25,7 @@ def _pressure(text: str) -> float:
 
 def stamp(
     outline: Annotated[
-        Path, typer.Argument(metavar="OUTLINE", help="Picture of what presses: dark on light, or opaque.")
+        Path, typer.Argument(metavar="OUTLINE", help="Image of what presses: dark on light, or opaque.")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="The force map: .png or .tif.")],
     impact: Annotated[
@@ -33,14 +33,14 @@ def stamp(
         typer.Option(
             parser=above_zero(512, "pixels"),
             metavar="PIXELS",
-            help="Width of the surroundings that are pushed aside.",
+            help="Width of the rim that is pushed aside.",
         ),
     ],
     pressure: Annotated[
         Any, typer.Option(parser=_pressure, metavar="0..1", help="1 presses flat, 0 not at all.")
     ] = "1",
 ) -> None:
-    """Make a picture for `[[force]]` with `kind = "map"` from an outline."""
+    """Make a force map, for `[[force]]` with `kind = "map"`, from an outline."""
     from greensward.io.rasters import check_writable, write_picture
     from greensward.motion.outlines import as_picture, forces_around, normals, read_outline, rim_of, signed_distance
     from greensward.scene.errors import InputError

@@ -47,8 +47,8 @@ def view(
 
     session = Session(scene)
     if overrides or seed is not None or technique or camera:
-        session.put(changed, "the command line")
-        session.go_back()
+        session.apply(changed, "the command line")
+        session.reset_camera()
     run(session, size)
 
 

@@ -1,21 +1,25 @@
-"""WHICH blades are drawn: tiles against the views, how many of each, and then every blade on its own."""
+"""Culling, WHICH blades are drawn: tiles against the views, level of detail, then every blade on its own."""
 
-from greensward.culling.chunks import CHUNK, ChunkTable, Span, at_least
-from greensward.culling.pyramid import Pyramid
-from greensward.culling.sieve import Sieve, distance_defines, test_defines, width_from
-from greensward.culling.tiles import distance_to, shares_needed, visible
+from greensward.culling.blade_culling import DRAW_COMMAND, BladeCulling, distance_defines, test_defines, width_from
+from greensward.culling.chunks import CHUNK, ChunkRange, ChunkTable
+from greensward.culling.depth_pyramid import DepthPyramid
+from greensward.culling.tiles import coverage_needed, distance_to, in_view
+from greensward.culling.visible import DrawList, NeededTiles, VisibleSet
 
 __all__ = [
     "CHUNK",
+    "DRAW_COMMAND",
+    "BladeCulling",
+    "ChunkRange",
     "ChunkTable",
-    "Pyramid",
-    "Sieve",
-    "Span",
-    "at_least",
+    "DepthPyramid",
+    "DrawList",
+    "NeededTiles",
+    "VisibleSet",
+    "coverage_needed",
     "distance_defines",
     "distance_to",
-    "shares_needed",
+    "in_view",
     "test_defines",
-    "visible",
     "width_from",
 ]

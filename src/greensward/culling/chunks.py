@@ -6,24 +6,19 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import rewrite
-from greensward.gpu.program import build_compute
+from greensward.gpu.buffers import at_least, upload
+from greensward.gpu.device import STORAGE_WRITTEN, Device
+from greensward.gpu.kernels import Kernel, grid
+from greensward.gpu.layouts import struct
 
 CHUNK = 32
+_CHUNK = struct("Chunk", ("first", "uint"), ("count", "uint"))
+_RUN = struct("Run", ("first_chunk", "uint"), ("first", "uint"), ("count", "uint"), ("chunk_size", "uint"))
 Indices = npt.NDArray[np.int64]
 
 
-def at_least(ctx: moderngl.Context, buffer: moderngl.Buffer, nbytes: int) -> moderngl.Buffer:
-    """The buffer, or in its place a larger one that holds nothing yet."""
-    if buffer.size >= nbytes:
-        return buffer
-    buffer.release()
-    # whole commands of 20 bytes, and some room to grow
-    return ctx.buffer(reserve=-(-nbytes * 5 // 4 // 20) * 20)
-
-
 @dataclass(frozen=True)
-class Span:
+class ChunkRange:
     """Consecutive chunks of the table."""
 
     first: int
@@ -32,64 +27,62 @@ class Span:
 
     @property
     def groups(self) -> tuple[int, int]:
-        """Columns and rows of a dispatch with a workgroup per chunk: drivers allow 65,535 a side."""
-        columns = min(self.count, 32768)
-        return columns, -(-self.count // columns)
+        """Columns and rows of a dispatch with a workgroup per chunk."""
+        return grid(self.count)
 
-    def split(self, part: float) -> tuple["Span", "Span"]:
-        """The first part of the chunks, and the others; how many items each has is an estimate."""
+    def split(self, part: float) -> tuple["ChunkRange", "ChunkRange"]:
+        """Split off the first part of the chunks; the items of both are estimates."""
         first = round(self.count * part)
         items = round(self.items * part)
-        return Span(self.first, first, items), Span(self.first + first, self.count - first, self.items - items)
+        return ChunkRange(self.first, first, items), ChunkRange(
+            self.first + first, self.count - first, self.items - items
+        )
 
 
 class ChunkTable:
     """Collects runs, then cuts all of them in one dispatch; the table holds (first item, items) per chunk."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
-        self._shader = build_compute(ctx, "culling/chunks.comp")
-        self._runs, self._table = ctx.buffer(reserve=16), ctx.buffer(reserve=8)
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._kernel = Kernel(device, "culling/chunks.comp")
+        self._runs = device.ctx.buffer(reserve=_RUN.dtype.itemsize)
+        self.buffer: moderngl.Buffer = device.ctx.buffer(reserve=_CHUNK.dtype.itemsize)
+        """The table, bound as `Chunks`; another one when it must grow."""
         self.clear()
 
     def clear(self) -> None:
         """Start anew."""
-        self._collected: list[npt.NDArray[np.uint32]] = []
+        self._collected: list[npt.NDArray[np.void]] = []
         self.count = 0
 
-    def add(self, start: Indices, length: Indices, size: int = CHUNK) -> Span:
+    def add(self, start: Indices, length: Indices, size: int = CHUNK) -> ChunkRange:
         """Add runs of items, to be cut into chunks of `size` items at most; a run may be empty."""
         chunks = -(-length // size)
         ends = np.cumsum(chunks)
         total = int(ends[-1]) if len(ends) else 0
-        runs = np.empty((len(start), 4), np.uint32)
-        runs[:, 0], runs[:, 1], runs[:, 2], runs[:, 3] = self.count + ends - chunks, start, length, size
+        runs = np.empty(len(start), _RUN.dtype)
+        runs["first_chunk"], runs["first"], runs["count"] = self.count + ends - chunks, start, length
+        runs["chunk_size"] = size
         self._collected.append(runs[chunks > 0])
-        span = Span(self.count, total, int(length.sum()))
+        span = ChunkRange(self.count, total, int(length.sum()))
         self.count += total
         return span
 
     def cut(self) -> None:
         """Write the table for everything added."""
-        runs = np.concatenate(self._collected) if self._collected else np.empty((0, 4), np.uint32)
         if not self.count:
             return
-        self._runs = at_least(self._ctx, self._runs, runs.nbytes)
-        self._table = at_least(self._ctx, self._table, self.count * 8)
-        rewrite(self._runs, runs)
-        self._runs.bind_to_storage_buffer(0)
-        self._table.bind_to_storage_buffer(1)
-        self._shader["runCount"] = len(runs)
-        self._shader["chunkCount"] = self.count
-        self._shader.run(-(-self.count // 64))
-        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-
-    def bind(self, binding: int) -> None:
-        """Bind the table to a shader-storage binding."""
-        self._table.bind_to_storage_buffer(binding)
+        runs = np.concatenate(self._collected)
+        self._runs = at_least(self._device, self._runs, runs.nbytes)
+        self.buffer = at_least(self._device, self.buffer, self.count * _CHUNK.dtype.itemsize)
+        upload(self._runs, runs)
+        self._kernel.run_over(
+            self.count, Runs=self._runs, Chunks=self.buffer, run_count=len(runs), chunk_count=self.count
+        )
+        self._device.ctx.memory_barrier(STORAGE_WRITTEN)
 
     def release(self) -> None:
         """Free the GPU resources."""
         self._runs.release()
-        self._table.release()
-        self._shader.release()
+        self.buffer.release()
+        self._kernel.release()

@@ -1,4 +1,4 @@
-"""Tiles against the views of a frame, vectorised."""
+"""Frustum culling and level of detail of tiles, vectorised."""
 
 from collections.abc import Sequence
 
@@ -11,8 +11,8 @@ from greensward.sowing.field import Tiles
 Floats = npt.NDArray[np.float64]
 
 
-def visible(tiles: Tiles, views: Sequence[View]) -> npt.NDArray[np.bool_]:
-    """Which tiles' boxes touch each view's volume: bool (views, tiles). A box outside one plane is out."""
+def in_view(tiles: Tiles, views: Sequence[View]) -> npt.NDArray[np.bool_]:
+    """Test tiles' boxes against each view's frustum: bool (views, tiles). A box outside one plane is out."""
     planes = np.concatenate([view.planes_ws() for view in views])
     reach = planes[:, :3] @ tiles.centre.T + np.abs(planes[:, :3]) @ tiles.half.T + planes[:, 3:]
     result: npt.NDArray[np.bool_] = (reach >= 0.0).reshape(len(views), 6, -1).all(axis=1)
@@ -26,12 +26,14 @@ def distance_to(tiles: Tiles, point: Floats) -> Floats:
     return distance
 
 
-def shares_needed(tiles: Tiles, views: Sequence[View], away: Floats, full_density_m: float, reach_m: float) -> Floats:
+def coverage_needed(
+    tiles: Tiles, views: Sequence[View], away: Floats, full_density_m: float, reach_m: float
+) -> Floats:
     """Part of each tile's sown blades that each view may need: float64 (views, tiles), 0 where unseen.
 
     `away` is each tile's distance from the camera.
     """
-    kept = np.minimum(1.0, (full_density_m / np.maximum(away, 1e-3)) ** 2) * (away <= reach_m) / tiles.kept
+    coverage = np.minimum(1.0, (full_density_m / np.maximum(away, 1e-3)) ** 2) * (away <= reach_m) / tiles.coverage
     density = np.array([view.density for view in views])
-    result: Floats = np.minimum(visible(tiles, views) * density[:, None] * kept, 1.0)
+    result: Floats = np.minimum(in_view(tiles, views) * density[:, None] * coverage, 1.0)
     return result

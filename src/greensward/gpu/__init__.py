@@ -1,1 +1,1 @@
-"""How we talk to OpenGL: context, programs, uniform blocks, timers, read-back. Knows no grass."""
+"""OpenGL: device, layouts, programs, kernels and draws by name, timers. Knows no grass."""

@@ -1,27 +1,56 @@
-"""Shader-storage buffers that begin with something known in them, or are written while they may be in use."""
+"""Storage buffers: filled by the device, grown, and uploaded while earlier work may still read them."""
 
 import ctypes
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.context import gl_function
+from greensward.gpu.device import Device
+from greensward.gpu.layouts import WORD
 
 _ARRAY_BUFFER, _R32UI, _RED_INTEGER, _UNSIGNED_INT = 0x8892, 0x8236, 0x8D94, 0x1405
 
 
-def filled(ctx: moderngl.Context, nbytes: int, value: int | np.float32 = 0) -> moderngl.Buffer:
-    """A buffer of whole words of 32 bits, each this number.
+@dataclass(frozen=True)
+class BufferRange:
+    """Part of a buffer, in bytes; it begins where the driver lets bindings begin, at a multiple of 256."""
+
+    buffer: moderngl.Buffer
+    offset: int
+    size: int
+
+
+class Releasable(Protocol):
+    """GPU resource."""
+
+    def release(self) -> None:
+        """Free it."""
+
+
+def release_all(*resources: Releasable) -> None:
+    """Free GPU resources of several kinds."""
+    for resource in resources:
+        resource.release()
+
+
+def zeros(device: Device, nbytes: int) -> moderngl.Buffer:
+    """Make a buffer of whole 32-bit words, each 0."""
+    return full(device, nbytes, 0)
+
+
+def full(device: Device, nbytes: int, value: int | np.float32) -> moderngl.Buffer:
+    """Make a buffer of whole 32-bit words, each this number.
 
     The device fills it: moderngl's `Buffer.clear` writes through mapped memory, 60 ms for 200 MB on an H200.
     """
-    buffer = ctx.buffer(reserve=nbytes)
+    buffer = device.ctx.buffer(reserve=nbytes)
     unsigned = ctypes.c_uint
-    bind = gl_function(ctx, "glBindBuffer", None, unsigned, unsigned)
-    clear = gl_function(
-        ctx, "glClearBufferData", None, unsigned, unsigned, unsigned, unsigned, ctypes.POINTER(unsigned)
+    bind = device.function("glBindBuffer", None, unsigned, unsigned)
+    clear = device.function(
+        "glClearBufferData", None, unsigned, unsigned, unsigned, unsigned, ctypes.POINTER(unsigned)
     )
     bind(_ARRAY_BUFFER, buffer.glo)
     word = np.asarray(value, np.float32 if isinstance(value, np.float32) else np.uint32).view(np.uint32)
@@ -29,10 +58,19 @@ def filled(ctx: moderngl.Context, nbytes: int, value: int | np.float32 = 0) -> m
     return buffer
 
 
-def rewrite(buffer: moderngl.Buffer, data: npt.NDArray[Any]) -> None:
-    """Write from the buffer's beginning on; what it held is lost.
+def upload(buffer: moderngl.Buffer, data: npt.NDArray[Any]) -> None:
+    """Write from the buffer's beginning on, into new storage; what it held is lost.
 
-    It gets new storage, as NVIDIA's driver may overwrite the old before compute shaders called earlier have read it.
+    NVIDIA's driver may overwrite the old storage before compute shaders called earlier have read it.
     """
     buffer.orphan()
     buffer.write(np.ascontiguousarray(data))
+
+
+def at_least(device: Device, buffer: moderngl.Buffer, nbytes: int, item_bytes: int = WORD) -> moderngl.Buffer:
+    """Return the buffer, or in its place a larger one of whole items that holds nothing yet."""
+    if buffer.size >= nbytes:
+        return buffer
+    buffer.release()
+    # with some room to grow
+    return device.ctx.buffer(reserve=-(-nbytes * 5 // 4 // item_bytes) * item_bytes)

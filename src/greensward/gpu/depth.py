@@ -8,30 +8,25 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.context import gl_function
+from greensward.gpu.device import Device
 
 _LOWER_LEFT, _MINUS_ONE_TO_ONE, _ZERO_TO_ONE = 0x8CA1, 0x935E, 0x935F
 _RENDERBUFFER, _DEPTH32F = 0x8D41, 0x8CAC
 _UINT, _INT = ctypes.c_uint, ctypes.c_int
 
 
-def has_clip_control(ctx: moderngl.Context) -> bool:
-    """Whether the range of clip space can be chosen (core since OpenGL 4.5)."""
-    return "GL_ARB_clip_control" in ctx.extensions
-
-
 class ReversedDepth:
     """Draws with depth 1 at the near plane and 0 far away (Lapidous & Jiao 1999); without clip control, as usual."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
-        self._ctx = ctx
-        self.available = has_clip_control(ctx)
+    def __init__(self, device: Device) -> None:
+        self._ctx = device.ctx
+        self.available = device.features.clip_control
         self.cleared = 0.0 if self.available else 1.0
-        """What the depth buffer is cleared to."""
-        self._bind = gl_function(ctx, "glBindRenderbuffer", None, _UINT, _UINT)
-        self._store = gl_function(ctx, "glRenderbufferStorage", None, _UINT, _UINT, _INT, _INT)
+        """Value that the depth buffer is cleared to."""
+        self._bind = device.function("glBindRenderbuffer", None, _UINT, _UINT)
+        self._store = device.function("glRenderbufferStorage", None, _UINT, _UINT, _INT, _INT)
         if self.available:
-            self._control = gl_function(ctx, "glClipControl", None, _UINT, _UINT)
+            self._control = device.function("glClipControl", None, _UINT, _UINT)
 
     def renderbuffer(self, size: tuple[int, int]) -> moderngl.Renderbuffer:
         """A depth buffer of 32-bit floats, which moderngl does not offer."""
@@ -51,7 +46,7 @@ class ReversedDepth:
 
     @contextmanager
     def drawing(self) -> Iterator[None]:
-        """While drawing with such matrices."""
+        """Set clip space and depth test for such matrices inside."""
         if not self.available:
             yield
             return

@@ -1,4 +1,4 @@
-"""Keeping the OpenGL state of a caller's context, and moderngl's own notes about it, while we draw in it.
+"""Preserve the OpenGL state of a host's context, and moderngl's own notes about it, while greensward draws in it.
 
 Left alone, because nothing here draws with them: viewports beyond the first, stencil functions, transform
 feedback, and the draw and read buffers of framebuffers.
@@ -9,11 +9,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import moderngl
-
-from greensward.gpu.context import gl_function
 
 State = dict[str, Any]
 _UINT, _INT, _BOOL, _FLOAT, _DOUBLE = (
@@ -152,7 +149,7 @@ _IMAGE_QUERIES = (
     0x906E,
 )  # name, level, layered, layer, access, format
 _NO_IMAGE = (0, 0, 0, 0, 0x88B8, 0x8229)
-# what moderngl remembers itself
+# state that moderngl itself keeps
 _NOTES = (
     "depth_func",
     "front_face",
@@ -166,12 +163,14 @@ _NOTES = (
 _FRAMEBUFFER_NOTES = ("viewport", "color_mask", "depth_mask")
 
 
-class KeptState:
+class PreservedState:
     """Reads and writes a context's state; made once per context, since finding the functions takes time."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, ctx: moderngl.Context, loader: Callable[..., Callable[..., Any]]) -> None:
         def function(name: str, *kinds: Any, returns: Any = None) -> Callable[..., Any]:
-            return gl_function(ctx, name, returns, *kinds)
+            return loader(name, returns, *kinds)
+
+        self._ctx = ctx
 
         # one piece of memory that every query writes into
         self._memory = (ctypes.c_double * 8)()
@@ -215,7 +214,7 @@ class KeptState:
             if not value.needs or value.needs in ctx.extensions
         ]
         # moderngl makes and fills textures on its last unit
-        self._units = (*range(29), ctx.default_texture_unit)
+        self._units = (*range(16), ctx.default_texture_unit)
         self._targets = min(8, self._integer(0x8824))
         self._slots = {
             "uniform_buffers": min(16, self._integer(0x8A2F)),
@@ -227,7 +226,7 @@ class KeptState:
         self._fresh |= {"targets": [_FRESH_TARGET] * self._targets, "samplers": [0] * len(self._units)}
 
     def read(self) -> State:
-        """The state as OpenGL tells it, by name."""
+        """The state as OpenGL reports it, by name."""
         state: State = {}
         for value, get, cells, width, *_ in self._values:
             count = len(value.kinds)
@@ -282,7 +281,7 @@ class KeptState:
         return tuple(self._integer_at(query, unit) for query in _IMAGE_QUERIES)
 
     def freshen(self, state: State) -> None:
-        """From the given state to one like a new context's, in all that can change how something is drawn."""
+        """Change the given state to one like a new context's, in all that can change how something is drawn."""
         self.write({name: value for name, value in self._fresh.items() if value != state[name]})
 
     def write(self, state: State) -> None:
@@ -321,37 +320,31 @@ class KeptState:
         else:
             self._bind_base(target, slot, buffer)
 
+    def snapshot(self) -> State:
+        """All that `preserved` preserves, by name; equal dictionaries mean equal state."""
+        return self.read() | {"moderngl": _read_notes(self._ctx, ())}
 
-_KEEPERS: WeakKeyDictionary[moderngl.Context, KeptState] = WeakKeyDictionary()
+    @contextmanager
+    def preserved(
+        self, framebuffers: tuple[moderngl.Framebuffer, ...] = (), *, write_back: bool = True
+    ) -> Iterator[None]:
+        """Start from the state of a new context; afterwards everything is as the host had it, errors or not.
 
-
-def _keeper(ctx: moderngl.Context) -> KeptState:
-    if ctx not in _KEEPERS:
-        _KEEPERS[ctx] = KeptState(ctx)
-    return _KEEPERS[ctx]
-
-
-def snapshot(ctx: moderngl.Context) -> State:
-    """All that `kept_state` keeps, by name; equal dictionaries mean equal state."""
-    return _keeper(ctx).read() | {"moderngl": _read_notes(ctx, ())}
-
-
-@contextmanager
-def kept_state(ctx: moderngl.Context, *framebuffers: moderngl.Framebuffer) -> Iterator[None]:
-    """Start from the state of a new context; afterwards everything is as the caller had it, errors or not.
-
-    moderngl remembers viewport and masks per framebuffer: name those that will be drawn into besides the
-    bound one.
-    """
-    keeper = _keeper(ctx)
-    state, notes = keeper.read(), _read_notes(ctx, framebuffers)
-    try:
-        keeper.freshen(state)
-        ctx.mglo.enable_only(moderngl.NOTHING)
-        yield
-    finally:
-        _write_notes(ctx, notes, state)
-        keeper.write(state)
+        Without `write_back` only what moderngl does not set itself starts fresh, and stays as it is left.
+        """
+        if not write_back:
+            self.write(self._fresh)
+            self._ctx.mglo.enable_only(moderngl.NOTHING)
+            yield
+            return
+        state, notes = self.read(), _read_notes(self._ctx, framebuffers)
+        try:
+            self.freshen(state)
+            self._ctx.mglo.enable_only(moderngl.NOTHING)
+            yield
+        finally:
+            _write_notes(self._ctx, notes, state)
+            self.write(state)
 
 
 def _read_notes(ctx: moderngl.Context, framebuffers: tuple[moderngl.Framebuffer, ...]) -> State:

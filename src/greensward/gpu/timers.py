@@ -1,36 +1,22 @@
 """Milliseconds per pass: GPU timer queries on hardware, the wall clock around `finish()` on software drivers."""
 
-import ctypes
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import moderngl
 
-from greensward.gpu.context import gl_function, is_software
-
-_TIME_ELAPSED, _QUERY_COUNTER_BITS = 0x88BF, 0x8864
-
-
-def has_timer_queries(ctx: moderngl.Context) -> bool:
-    """Whether the driver's timer queries tell how long work takes. On software drivers they miss most of it."""
-    if is_software(ctx):
-        return False
-    bits = ctypes.c_int()
-    gl_function(ctx, "glGetQueryiv", None, ctypes.c_uint, ctypes.c_uint, ctypes.c_void_p)(
-        _TIME_ELAPSED, _QUERY_COUNTER_BITS, ctypes.byref(bits)
-    )
-    return bits.value > 0
+from greensward.gpu.device import Device
 
 
 class PassTimers:
     """Times named passes while enabled; costs nothing while not."""
 
-    def __init__(self, ctx: moderngl.Context) -> None:
+    def __init__(self, device: Device) -> None:
         self.enabled = False
-        self.queried = has_timer_queries(ctx)
-        """Whether times are the GPU's own; if not, they are those of the wall clock around `finish()`."""
-        self._ctx = ctx
+        self.queried = device.features.timer_queries
+        """Times are the GPU's own; if not, they are those of the wall clock around `finish()`."""
+        self._ctx = device.ctx
         self._queries: dict[str, list[moderngl.Query]] = {}
         self._used: dict[str, int] = {}
         self._wall: dict[str, float] = {}

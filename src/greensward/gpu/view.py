@@ -1,4 +1,4 @@
-"""What a draw call looks from: a camera, or the sun for a shadow map."""
+"""Views: a camera, its mirror image, or the sun for a shadow map."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -7,13 +7,12 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.blocks import declare
+from greensward.gpu.layouts import block
 
 Matrix = npt.NDArray[np.float64]
 
-VIEW_BLOCK = declare(
+VIEW_BLOCK = block(
     "View",
-    0,
     # relative space is the world seen from `origin_ws`, a point by the camera: exact wherever the camera is
     ("clip_from_relative", "mat4"),
     ("jittered_clip_from_relative", "mat4"),
@@ -37,7 +36,7 @@ VIEW_BLOCK = declare(
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Matrices map column vectors; `purpose` tells a technique which attachments it draws into."""
+    """Camera, matrices for column vectors, and `purpose`: the attachments that a technique draws into."""
 
     purpose: Literal["picture", "shadow"]
     clip_from_world: Matrix
@@ -52,7 +51,7 @@ class View:
     clip_below_m: float = -1e9
     """Height in the world below which nothing shows; a mirrored view must leave out what lies under water."""
     low_detail: bool = False
-    """Whether only blades of the density map's low-detail subset show."""
+    """True where only blades of the density map's low-detail subset show."""
     rays_ws: Matrix = field(default_factory=lambda: np.zeros((3, 3)))
     """Rows: through the middle of a perspective picture, and what half its width and height add."""
 
@@ -63,7 +62,7 @@ class View:
 
     @property
     def origin_ws(self) -> npt.NDArray[np.float64]:
-        """Where relative space has its origin, (3,): exact as a float32, as is what lies near it, seen from it."""
+        """Origin of relative space, (3,): exact as a float32, as is what lies near it, seen from it."""
         return self.camera_ws.astype(np.float32).astype(np.float64)
 
     @property
@@ -145,7 +144,7 @@ def _cross(a: Sequence[float] | Matrix, b: Sequence[float] | Matrix) -> Matrix:
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-def look(position: npt.ArrayLike, target: npt.ArrayLike) -> Matrix:
+def look_at(position: npt.ArrayLike, target: npt.ArrayLike) -> Matrix:
     """`view_from_world` of an eye at `position` looking at `target`, y up, −z forward."""
     eye = np.asarray(position, np.float64)
     forward = np.asarray(target, np.float64) - eye

@@ -1,4 +1,4 @@
-"""What the grass stands on: one height raster for every kind of ground, sampled alike in Python and GLSL."""
+"""Ground that the grass stands on: one height raster for every kind of ground, sampled alike in Python and GLSL."""
 
 from greensward.ground.height_field import HeightField
 

@@ -1,7 +1,7 @@
-// Height and normal of the ground; the twin of ground/height_field.py.
-#include "block/Ground"
+// Bilinear height and normal of the ground; the twin of ground/height_field.py.
+#include "layout/Ground"
 
-layout(binding = 0) uniform sampler2D groundHeights;
+uniform sampler2D ground_heights;
 
 float mirrored(float at, float last) { return last - abs(last - mod(at, 2.0 * last)); }
 
@@ -12,8 +12,8 @@ float groundHeight(vec2 xz) {
     vec2 corner = min(floor(at), last - 1.0);
     vec2 f = at - corner;
     ivec2 c = ivec2(corner);
-    float nw = texelFetch(groundHeights, c, 0).r, ne = texelFetch(groundHeights, c + ivec2(1, 0), 0).r;
-    float sw = texelFetch(groundHeights, c + ivec2(0, 1), 0).r, se = texelFetch(groundHeights, c + ivec2(1, 1), 0).r;
+    float nw = texelFetch(ground_heights, c, 0).r, ne = texelFetch(ground_heights, c + ivec2(1, 0), 0).r;
+    float sw = texelFetch(ground_heights, c + ivec2(0, 1), 0).r, se = texelFetch(ground_heights, c + ivec2(1, 1), 0).r;
     return mix(mix(nw, ne, f.x), mix(sw, se, f.x), f.y);
 }
 

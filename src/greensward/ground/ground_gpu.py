@@ -1,21 +1,20 @@
-"""The ground's heights and pictures on the GPU, at the bindings that shaders expect."""
+"""Heights and maps of the ground on the GPU."""
 
 import moderngl
 import numpy as np
 from PIL import Image
 
-from greensward.gpu.blocks import BlockBuffer, declare
-from greensward.gpu.context import is_software
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Bindings
+from greensward.gpu.layouts import BlockBuffer, block
 from greensward.ground.height_field import HeightField
 from greensward.ground.soil import generated_soil
 from greensward.io.rasters import decoded, read_rgba
 from greensward.scene import InputError, Scene
 from greensward.scene.ground import MOST_TILES
 
-_TILES_UNIT = 21
-GROUND_BLOCK = declare(
+GROUND_BLOCK = block(
     "Ground",
-    1,
     ("size_m", "vec2"),
     ("samples", "vec2"),
     ("samples_per_m", "vec2"),
@@ -28,11 +27,15 @@ GROUND_BLOCK = declare(
 )
 
 
+_LIGHT = decoded(np.arange(256) / 255.0)
+"""Linear light of each 8-bit sRGB value."""
+
+
 class GroundGpu:
     """Textures of the ground and its maps. A map that the scene lacks is one neutral texel."""
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene, heights: HeightField) -> None:
-        limit = ctx.info["GL_MAX_TEXTURE_SIZE"]
+    def __init__(self, device: Device, scene: Scene, heights: HeightField) -> None:
+        limit = device.limits.texture_px
         rows, columns = heights.heights.shape
         if max(rows, columns) > limit:
             raise InputError(
@@ -40,31 +43,30 @@ class GroundGpu:
                 "scale it down"
             )
         self.heights = heights
-        self._textures: list[moderngl.Texture] = []
-        heights_texture = ctx.texture((columns, rows), 1, heights.heights.tobytes(), dtype="f4")
+        heights_texture = device.ctx.texture((columns, rows), 1, heights.heights.tobytes(), dtype="f4")
         heights_texture.filter = moderngl.NEAREST, moderngl.NEAREST
-        self._textures.append(heights_texture)
-
+        self.bindings: Bindings = {"ground_heights": heights_texture}
+        """Heights, maps and block, by their names in shaders."""
         ground, sowing = scene.ground, scene.sowing
         soil = read_rgba(scene.resolve(ground.texture)) if ground.texture else generated_soil(scene.seed)
         none = np.zeros((1, 1, 4), np.uint8)
         full = np.array([[[255, 255, 255, 255]]], np.uint8)
         self.mean_density = 1.0
-        for file, default, srgb in (
-            (None, soil, True),
-            (ground.terrain_map, none, True),
-            (sowing.density_map, full, False),
-            (sowing.vegetation_map, none, True),
+        for name, file, default, srgb in (
+            ("soil", None, soil, True),
+            ("terrain_map", ground.terrain_map, none, True),
+            ("density_map", sowing.density_map, full, False),
+            ("vegetation_map", sowing.vegetation_map, none, True),
         ):
             pixels = read_rgba(scene.resolve(file)) if file else default
-            texture = _texture(ctx, pixels, srgb)
+            texture = _texture(device, pixels, srgb)
             # the soil repeats; a map must not leak in from its opposite edge
             texture.repeat_x = texture.repeat_y = default is soil
-            self._textures.append(texture)
-            if file and file == sowing.density_map:
+            self.bindings[name] = texture
+            if file and name == "density_map":
                 self.mean_density = float(pixels[..., 0].mean() / 255.0)
-        mean = ((soil[..., :3] / 255.0) ** 2.2).mean(axis=(0, 1))
-        self._block = BlockBuffer(ctx, GROUND_BLOCK)
+        mean = _LIGHT[soil[..., :3]].mean(axis=(0, 1))
+        self._block = BlockBuffer(device.ctx, GROUND_BLOCK)
         self._block.set(
             size_m=ground.size_m,
             samples=(columns, rows),
@@ -74,10 +76,12 @@ class GroundGpu:
             soil_mean=(*mean, 0.0),
             tiles=len(ground.tile),
         )
-        self._tiles = self._tile_array(ctx, scene) if ground.tile else None
+        self.bindings["Ground"] = self._block
+        if ground.tile:
+            self.bindings["tile_soils"] = self._tile_array(device.ctx, scene)
 
     def _tile_array(self, ctx: moderngl.Context, scene: Scene) -> moderngl.TextureArray:
-        """The soils of the ground's tiles, as square roots of linear colours, and what the block says of them."""
+        """Soils of the ground's tiles, as square roots of linear colours, and what the block says of them."""
         pictures = [read_rgba(scene.resolve(tile.texture))[..., :3] for tile in scene.ground.tile]
         rows, columns = (max(picture.shape[axis] for picture in pictures) for axis in (0, 1))
         layers = (
@@ -95,27 +99,16 @@ class GroundGpu:
         array.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         return array
 
-    def bind(self) -> None:
-        """Bind heights, soil and maps to texture units 0 to 4 and the block."""
-        for unit, texture in enumerate(self._textures):
-            texture.use(unit)
-        if self._tiles:
-            self._tiles.use(_TILES_UNIT)
-        self._block.bind()
-
     def release(self) -> None:
         """Free the GPU memory."""
-        for texture in self._textures:
-            texture.release()
-        if self._tiles:
-            self._tiles.release()
-        self._block.release()
+        for resource in self.bindings.values():
+            resource.release()  # type: ignore[union-attr]
 
 
-def _texture(ctx: moderngl.Context, pixels: np.ndarray, srgb: bool) -> moderngl.Texture:
+def _texture(device: Device, pixels: np.ndarray, srgb: bool) -> moderngl.Texture:
     gl_srgb8_alpha8 = 0x8C43
     rows, columns, _ = pixels.shape
-    texture = ctx.texture(
+    texture = device.ctx.texture(
         (columns, rows),
         4,
         np.ascontiguousarray(pixels).tobytes(),
@@ -123,7 +116,7 @@ def _texture(ctx: moderngl.Context, pixels: np.ndarray, srgb: bool) -> moderngl.
     )
     texture.build_mipmaps()
     texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
-    if not is_software(ctx):
+    if not device.software:
         # llvmpipe takes seconds per thousand pixels for it
         texture.anisotropy = 8.0
     return texture

@@ -1,7 +1,7 @@
 """Heights of the ground as a raster, the same for every kind: bilinear height and normal."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -22,8 +22,8 @@ class HeightField:
 
     heights: npt.NDArray[np.float32]
     size_m: tuple[float, float]
-    there: bool = True
-    """False where there is no ground: height 0 is counted from, and nothing is hidden."""
+    exists: bool = True
+    """False where there is no ground: heights count from 0, and nothing is hidden."""
 
     @classmethod
     def of(cls, scene: Scene) -> "HeightField":
@@ -97,6 +97,7 @@ def _mirror(at: Array, last: int) -> Array:
     return folded
 
 
+@lru_cache(maxsize=4)
 def _noise(ground: NoiseGround, seed: int) -> npt.NDArray[np.float32]:
     """Octaves of simplex noise (Tillman 2013, section 2.1.1), float32 (rows, columns)."""
     size_x, size_z = ground.size_m
@@ -105,4 +106,6 @@ def _noise(ground: NoiseGround, seed: int) -> npt.NDArray[np.float32]:
     x = np.linspace(-0.5 * size_x, 0.5 * size_x, columns)[None, :] / ground.wavelength_m
     z = np.linspace(-0.5 * size_z, 0.5 * size_z, rows)[:, None] / ground.wavelength_m
     noise = octaves(x, z, seed, ground.octaves, ground.gain, ground.lacunarity)
-    return (0.5 * ground.height_m * noise).astype(np.float32)
+    heights = (0.5 * ground.height_m * noise).astype(np.float32)
+    heights.setflags(write=False)  # shared by all that ask for it
+    return heights

@@ -1,12 +1,12 @@
-// Where rays meet the ground: each goes down through a pyramid of highest heights, to the first cell of the height map that
+// Ray marching of the ground by a maximum mipmap: each ray goes down through a pyramid of highest heights, to the first cell of the height map that
 // it meets (Tevs, Ihrke & Seidel 2008, "Maximum Mipmaps for Fast, Accurate, and Scalable Dynamic Height Field Rendering").
 #include "ground/ground.glsl"
-#include "block/View"
+#include "layout/View"
 
-layout(std430, binding = 5) readonly buffer Highest { float highest[]; };  // of 2 x 2, 4 x 4, ... cells, each by rows
+layout(std430) readonly buffer Highest { float highest[]; };  // of 2 x 2, 4 x 4, ... cells, each by rows
 
 uniform int starts[16];   // of each level in the table; there is none of level 0, whose cells are looked up
-uniform int topLevel;
+uniform int top_level;
 uniform vec2 range_m;     // of depth
 uniform vec2 relief_m;    // lowest and highest of all
 
@@ -14,8 +14,8 @@ const float NOWHERE = -1.0;
 
 // Heights at a cell's corners: north-west, north-east, south-west, south-east
 vec4 cornersOf(ivec2 c) {
-    return vec4(texelFetch(groundHeights, c, 0).r, texelFetch(groundHeights, c + ivec2(1, 0), 0).r,
-                texelFetch(groundHeights, c + ivec2(0, 1), 0).r, texelFetch(groundHeights, c + ivec2(1, 1), 0).r);
+    return vec4(texelFetch(ground_heights, c, 0).r, texelFetch(ground_heights, c + ivec2(1, 0), 0).r,
+                texelFetch(ground_heights, c + ivec2(0, 1), 0).r, texelFetch(ground_heights, c + ivec2(1, 1), 0).r);
 }
 
 float bilinear(vec4 h, vec2 f) { return mix(mix(h.x, h.y, f.x), mix(h.z, h.w, f.x), f.y); }
@@ -46,17 +46,17 @@ float march(vec3 eye, vec3 ray, float from, float above_m) {
     vec2 last = ground.samples - 1.0, at0 = (eye.xz + 0.5 * ground.size_m) * ground.samples_per_m;
     vec2 along = ray.xz * ground.samples_per_m;
     float nudge = 1e-3 / max(max(abs(along.x), abs(along.y)), 1e-6);  // a thousandth of a cell
-    int level = topLevel;
+    int level = top_level;
     for (int i = 0; i < 400 && t < range_m.y; i++) {
         // beyond its edge the ground goes on mirrored
-        vec2 at = at0 + along * t, copy = floor(at / last), inside = at - copy * last, way = along;
+        vec2 at = at0 + along * t, copy = floor(at / last), inside = at - copy * last, direction = along;
         bvec2 turned = notEqual(mod(copy, 2.0), vec2(0.0));
-        if (turned.x) { inside.x = last.x - inside.x; way.x = -way.x; }
-        if (turned.y) { inside.y = last.y - inside.y; way.y = -way.y; }
+        if (turned.x) { inside.x = last.x - inside.x; direction.x = -direction.x; }
+        if (turned.y) { inside.y = last.y - inside.y; direction.y = -direction.y; }
         ivec2 cell = clamp(ivec2(inside), ivec2(0), ivec2(last) - 1) >> level;
         vec2 low = vec2(cell << level), high = min(vec2((cell + 1) << level), last);
-        vec2 leaves = (mix(low, high, greaterThan(way, vec2(0.0))) - inside) / way;
-        leaves = mix(leaves, vec2(1e9), equal(way, vec2(0.0)));
+        vec2 leaves = (mix(low, high, greaterThan(direction, vec2(0.0))) - inside) / direction;
+        leaves = mix(leaves, vec2(1e9), equal(direction, vec2(0.0)));
         float span = max(min(leaves.x, leaves.y), 0.0);
         float y0 = eye.y + ray.y * t, y1 = y0 + ray.y * span, top;
         vec4 corners;
@@ -69,14 +69,14 @@ float march(vec3 eye, vec3 ray, float from, float above_m) {
         }
         if (min(y0, y1) > top) {
             t += span + nudge;
-            level = min(level + 1, topLevel);
+            level = min(level + 1, top_level);
             continue;
         }
         if (level > 0) {
             level--;
             continue;
         }
-        vec2 f0 = inside - low, f1 = f0 + way * span;
+        vec2 f0 = inside - low, f1 = f0 + direction * span;
         float root = firstRoot(y0 - bilinear(corners, f0), 0.5 * (y0 + y1) - bilinear(corners, 0.5 * (f0 + f1)),
                                y1 - bilinear(corners, f1));
         if (root >= 0.0) return t + root * span;

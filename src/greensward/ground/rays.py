@@ -1,40 +1,35 @@
-"""What shaders need to follow rays down to the ground, as ground/march.glsl does."""
+"""Maximum mipmap of the height map, for the ray marching of ground/march.glsl."""
 
-import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.program import put
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Draw, Kernel
 from greensward.ground.height_field import HeightField
 
-_HIGHEST = 5  # a shader-storage binding
+_MOST_LEVELS = 16  # of march.glsl
 
 
-class GroundRays:
-    """The highest heights of ever larger parts of the height map."""
+class MaximumMipmap:
+    """Highest heights of ever larger parts of the height map (Tevs, Ihrke & Seidel 2008)."""
 
-    def __init__(self, ctx: moderngl.Context, heights: HeightField) -> None:
+    def __init__(self, device: Device, heights: HeightField) -> None:
         self._heights = heights
         highest, self._starts = highest_heights(heights.heights)
-        self._highest = ctx.buffer(highest)
+        self.buffer = device.ctx.buffer(highest)
+        """Bound as `Highest`."""
 
-    def prepare(self, shader: moderngl.Program | moderngl.ComputeShader) -> None:
-        """Tell a shader, once, how they lie."""
-        put(
-            shader,
-            starts=(self._starts + [0] * 16)[:16],
-            topLevel=len(self._starts) - 1,
+    def describe(self, shader: Kernel | Draw) -> None:
+        """Set, once, where its levels start in a shader."""
+        shader.set(
+            starts=(self._starts + [0] * _MOST_LEVELS)[:_MOST_LEVELS],
+            top_level=len(self._starts) - 1,
             relief_m=(self._heights.lowest_m, self._heights.highest_m),
         )
 
-    def bind(self, shader: moderngl.Program | moderngl.ComputeShader, range_m: tuple[float, float]) -> None:
-        """Bind them for rays between two depths in metres."""
-        self._highest.bind_to_storage_buffer(_HIGHEST)
-        put(shader, range_m=range_m)
-
     def release(self) -> None:
         """Free the GPU memory."""
-        self._highest.release()
+        self.buffer.release()
 
 
 def highest_heights(heights: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.float32], list[int]]:

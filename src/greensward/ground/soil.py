@@ -1,9 +1,14 @@
-"""A generated picture of bare soil with old thatch, seamless."""
+"""Generated image of bare soil with old thatch, seamless."""
+
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
+from greensward.io.rasters import encoded
 
+
+@lru_cache(maxsize=4)
 def generated_soil(seed: int, edge_px: int = 512) -> npt.NDArray[np.uint8]:
     """sRGB soil, crumbs and straw, uint8 (edge, edge, 4), seamless at its edges."""
     random = np.random.default_rng(seed)
@@ -41,8 +46,9 @@ def generated_soil(seed: int, edge_px: int = 512) -> npt.NDArray[np.uint8]:
     green = np.clip(0.35 * (fine - 0.4 * broad), 0.0, 0.6)[..., None]
     colour += (moss - colour) * green
     colour += (thatch - colour) * (0.55 * straw * np.clip(0.7 + 0.25 * broad, 0.2, 1.0))[..., None]
-    srgb = np.clip(colour, 0.0, 1.0) ** (1 / 2.2)
+    srgb = encoded(np.clip(colour, 0.0, 1.0))
     pixels = np.empty((edge_px, edge_px, 4), np.uint8)
     pixels[..., :3] = np.round(srgb * 255.0)
     pixels[..., 3] = 255
+    pixels.setflags(write=False)  # shared by all that ask for it
     return pixels

@@ -1,4 +1,4 @@
-"""Camera paths: where a camera is when, in a TOML file that people write and programs record."""
+"""Camera paths: key frames in a TOML file that people write and programs record."""
 
 import hashlib
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from pydantic import Field, ValidationError, model_validator
 
 from greensward.io.rasters import written_aside
-from greensward.scene.base import Flag, Model, Number, Point
+from greensward.scene.base import Flag, Many, Model, Number, Point
 from greensward.scene.errors import InputError, SceneError
 from greensward.scene.light import Camera
 from greensward.scene.load import read_table
@@ -24,14 +24,14 @@ _Floats = npt.NDArray[np.float64]
 
 
 class CameraKey(Model):
-    """Where the camera is at one instant."""
+    """Key frame: the camera at one instant."""
 
     time_s: Annotated[Number, Field(ge=0, le=1e6)]
-    """When; it rises from key to key."""
+    """Time of the key; it rises from key to key."""
     position_m: Point
-    """Where it is."""
+    """Position of the camera."""
     target_m: Point
-    """What it looks at."""
+    """Point that it looks at."""
     fov_y_deg: Annotated[Number, Field(gt=0.1, lt=170)] | None = None
     """Vertical field of view; without one in any key, that of the scene's camera."""
 
@@ -46,11 +46,11 @@ class CameraPath(Model):
     """A camera that moves: keys, joined by curves through position and target."""
 
     height_above_ground: Flag = True
-    """Whether the y of positions and targets is counted from the ground below each."""
+    """True if the y of positions and targets is above the ground below each."""
     after: Literal["stop", "repeat", "return"] = "stop"
-    """After the last key: stay there, start again, or go back the same way."""
-    key: Annotated[tuple[CameraKey, ...], Field(min_length=2, max_length=100_000)]
-    """Instants, in order."""
+    """Behaviour past the last key: stay there, start again, or return along the path."""
+    key: Annotated[Many[CameraKey], Field(min_length=2, max_length=100_000)]
+    """Key frames, in order."""
 
     @model_validator(mode="after")
     def _keys_fit(self) -> Self:
@@ -66,7 +66,7 @@ class CameraPath(Model):
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
-        """The path of a TOML file. Raises `InputError` with all that is wrong, one sentence each."""
+        """Read the path of a TOML file. Raises `InputError` with every error, one sentence each."""
         path = Path(path)
         try:
             there = path.exists()
@@ -111,28 +111,28 @@ class CameraPath(Model):
 
     @property
     def end_s(self) -> float:
-        """When the last key is."""
+        """Time of the last key."""
         return self.key[-1].time_s
 
     @property
     def digest(self) -> str:
-        """What tells paths apart: the first digits of a SHA-256."""
+        """First digits of a SHA-256 of the path."""
         return hashlib.sha256(self.model_dump_json().encode()).hexdigest()[:16]
 
     def at(self, time_s: float, camera: Camera | None = None) -> Camera:
-        """The camera at an instant; it waits at the first key, and what the path leaves open is of `camera`.
+        """The camera at an instant, which waits at the first key; fields that the path lacks are those of `camera`.
 
-        Curves are cubic and go through all keys without a kink: Catmull & Rom 1974, for times that need not be even.
+        The curve is a Catmull-Rom spline with non-uniform knots, through all keys.
         """
         times, keys, slopes = self._curve
         on_path = self._within(time_s)
         i = int(np.clip(np.searchsorted(times, on_path, side="right") - 1, 0, len(times) - 2))
         span = times[i + 1] - times[i]
         t = (on_path - times[i]) / span
-        start, way = keys[i], keys[i + 1] - keys[i]
+        start, chord = keys[i], keys[i + 1] - keys[i]
         # cubic Hermite, as what it adds to the straight line
-        bow = t * (1.0 - t) * ((1.0 - t) * (slopes[i] * span - way) - t * (slopes[i + 1] * span - way))
-        now = start + t * way + bow
+        bow = t * (1.0 - t) * ((1.0 - t) * (slopes[i] * span - chord) - t * (slopes[i + 1] * span - chord))
+        now = start + t * chord + bow
         # a curve may swing beyond its keys, which a lens cannot
         fov_y_deg = float(np.clip(now[6], *sorted((keys[i][6], keys[i + 1][6]))))
         update = {

@@ -1,4 +1,4 @@
-"""Checkpoints: how the grass stood after a clip's last frame, and which clip that was, for the next to go on."""
+"""Checkpoints: simulation state after a clip's last frame, from which the next clip continues."""
 
 import math
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from greensward.scene.errors import InputError
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """What a clip hands on to the next."""
+    """State that a clip passes on to the next."""
 
     start_s: float
     """Frame 0 shows this instant."""
@@ -26,7 +26,7 @@ class Checkpoint:
     scene: str
     """A hash of the scene."""
     state: Mapping[str, npt.NDArray[Any]]
-    """As of `Renderer.checkpoint`."""
+    """Arrays of `Renderer.checkpoint`."""
 
 
 def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:

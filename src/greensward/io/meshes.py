@@ -1,4 +1,4 @@
-"""Triangle meshes in: glTF, OBJ, PLY and STL, joined, checked and with normals."""
+"""Reading of triangle meshes: glTF, OBJ, PLY and STL, joined, checked and with normals."""
 
 import contextlib
 import logging
@@ -56,8 +56,8 @@ def read_mesh(path: Path) -> TriMesh:
     """The triangles of a glTF, OBJ, PLY or STL file as it places them, all of its parts joined.
 
     Triangles without area are left out. Normals that the file lacks are smooth, but for sharp edges. Where only
-    some parts have colours, the others are white. Pictures that the file names are not needed. What was read last is
-    kept until the file changes.
+    some parts have colours, the others are white. Images that the file names are ignored. What was read last is
+    cached until the file changes.
 
     Raises `InputError` for a file that cannot be read or holds no surface, and where trimesh is not installed.
     """
@@ -65,11 +65,11 @@ def read_mesh(path: Path) -> TriMesh:
         stamp = path.stat()
     except OSError:
         return _read(path)
-    return _kept(path, stamp.st_mtime_ns, stamp.st_size)
+    return _cached(path, stamp.st_mtime_ns, stamp.st_size)
 
 
 @lru_cache(maxsize=4)
-def _kept(path: Path, _changed_ns: int, _bytes: int) -> TriMesh:
+def _cached(path: Path, _changed_ns: int, _bytes: int) -> TriMesh:
     return _read(path)
 
 
@@ -109,7 +109,7 @@ def _read(path: Path) -> TriMesh:
 
 @contextlib.contextmanager
 def _silence() -> Iterator[None]:
-    """What trimesh logs is for its developers."""
+    """Silence trimesh, whose log is for its developers."""
     log = logging.getLogger("trimesh")
     before, log.disabled = log.disabled, True
     try:
@@ -148,12 +148,12 @@ def _part(path: Path, part: Any, matrix: Floats) -> TriMesh:
 
 
 def _colours(part: Any) -> Singles | None:
-    """The colours at the vertices, float32 (n, 4) in 0..1, wherever trimesh keeps them."""
+    """The colours at the vertices, float32 (n, 4) in 0..1, wherever trimesh stores them."""
     if part.visual.kind == "vertex":
         found = part.visual.vertex_colors
     else:
-        kept = (getattr(part.visual, "vertex_attributes", {}), part.vertex_attributes)
-        found = next((each["color"] for each in kept if "color" in each), None)
+        stored = (getattr(part.visual, "vertex_attributes", {}), part.vertex_attributes)
+        found = next((each["color"] for each in stored if "color" in each), None)
     values = np.asarray(found)
     if found is None or values.ndim != 2 or len(values) != len(part.vertices) or values.shape[1] not in (3, 4):
         return None
@@ -205,9 +205,9 @@ def _with_normals(mesh: TriMesh) -> TriMesh:
 def _places(positions: Floats) -> Indices:
     """A number for each position, equal where they are, (n,)."""
     order = np.lexsort(positions.T)
-    risen = np.any(np.diff(positions[order], axis=0) != 0.0, axis=1)
+    differs = np.any(np.diff(positions[order], axis=0) != 0.0, axis=1)
     place = np.empty(len(positions), np.int64)
-    place[order] = np.concatenate([[0], np.cumsum(risen)])
+    place[order] = np.concatenate([[0], np.cumsum(differs)])
     return place
 
 
@@ -218,7 +218,7 @@ def _joined(parts: list[TriMesh]) -> TriMesh:
     counts = [len(part.positions) for part in parts]
     first = np.cumsum([0, *counts[:-1]])
 
-    def filled(name: str, width: int, fill: float) -> Singles | None:
+    def zeros(name: str, width: int, fill: float) -> Singles | None:
         found = [getattr(part, name) for part in parts]
         if all(each is None for each in found):
             return None
@@ -233,8 +233,8 @@ def _joined(parts: list[TriMesh]) -> TriMesh:
         np.concatenate([part.positions for part in parts]),
         np.concatenate([part.triangles + start for part, start in zip(parts, first, strict=True)]),
         np.concatenate([part.normals for part in parts]),
-        filled("colours", 4, 1.0),
-        filled("uv", 2, 0.0),
+        zeros("colours", 4, 1.0),
+        zeros("uv", 2, 0.0),
     )
 
 
@@ -262,7 +262,7 @@ def _cross(corners: Floats) -> Floats:
 
 
 def _unit(vectors: Floats) -> Floats:
-    """Of unit length, and zero where there is none."""
+    """Normalise vectors; zero stays zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     result: Floats = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
     return result

@@ -108,6 +108,11 @@ def decoded(srgb: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
+def encoded(light: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """SRGB values in 0..1 of linear light in 0..1 (IEC 61966-2-1), the inverse of `decoded`."""
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 0.0031308) ** (1 / 2.4) - 0.055)
+
+
 def write_picture(path: Path, image: npt.NDArray[np.uint8]) -> None:
     """Write an image, uint8 of shape (rows, columns, 3), in the format that the file's ending names."""
     with written_aside(path) as stream:
@@ -179,7 +184,7 @@ def open_file(path: Path) -> IO[bytes]:
 
 @contextlib.contextmanager
 def decoding(path: Path, what: str) -> Iterator[None]:
-    """Decoders raise nearly anything on damaged data, and warn; a user is told one sentence."""
+    """Turn errors of a decoder into one sentence: decoders raise nearly anything on damaged data, and warn."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -308,7 +313,8 @@ def _measured(path: Path, raw: Array, no_data: float | None) -> tuple[Floats, np
 
 
 def _filled(values: npt.NDArray[np.float32], known: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
-    """Fill holes from around them: halve until none is left, then refine, smoothing only inside the holes."""
+    """Fill holes from their surroundings by a pyramid (push-pull): halve until none is left, then refine, smoothing
+    only inside the holes."""
     if known.all():
         return values
     rows, columns = values.shape

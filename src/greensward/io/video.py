@@ -1,4 +1,4 @@
-"""Clips out: a video through ffmpeg, or numbered PNG files that a later run can go on from."""
+"""Output of clips: a video through ffmpeg, or numbered PNG files that a later run can continue."""
 
 import contextlib
 import json
@@ -29,7 +29,7 @@ CODECS: Mapping[str, tuple[str, ...]] = {
 FASTEST_FPS = 240.0
 FASTEST_GIF_FPS = 50.0  # a shorter delay than 0.02 s is shown as 0.1 s by browsers
 
-# The pixels are sRGB: that stays so, and is told; only the matrix and the range are those of video.
+# The pixels are sRGB: that stays so, and is declared; only the matrix and the range are those of video.
 _YUV = (
     "-vf",
     "scale=in_range=full:out_range=limited:out_color_matrix=bt709:flags=lanczos+accurate_rnd+full_chroma_int,"
@@ -51,7 +51,7 @@ _ENCODERS = {
 
 
 def is_video(output: str) -> bool:
-    """Whether an output is meant as a video rather than as a folder or pattern of pictures."""
+    """Return whether an output is a video rather than a folder or pattern of pictures."""
     return Path(output).suffix.lower() in CODECS and not _names_a_folder(output)
 
 
@@ -162,7 +162,7 @@ class VideoWriter:
         """
         if self.frames == 0:
             raise InputError(f"{self.path}: a video needs at least one frame")
-        with contextlib.suppress(OSError):  # its exit code tells
+        with contextlib.suppress(OSError):  # its exit code says why
             self._pipe.close()
         if self._process.wait() != 0:
             raise self._failure()
@@ -173,7 +173,7 @@ class VideoWriter:
                 raise GreenswardError(f"{self.path}: cannot be written: {error.strerror or error}") from None
 
     def _failure(self) -> GreenswardError:
-        """What ffmpeg said first: the cause, of which the rest are consequences."""
+        """Error with ffmpeg's first line, which names the cause; the rest are consequences."""
         self._said.seek(0)
         lines = [line.strip() for line in self._said.read().decode(errors="replace").splitlines()]
         code = self._process.returncode
@@ -197,7 +197,7 @@ class VideoWriter:
 
 
 def _apart() -> dict[str, Any]:
-    """Options that keep a terminal's Ctrl-C from a child: we end it when the file is whole."""
+    """Options that shield a child from a terminal's Ctrl-C: we end it when the file is complete."""
     if sys.platform == "win32":
         return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
     return {"start_new_session": True}
@@ -206,7 +206,7 @@ def _apart() -> dict[str, Any]:
 # Numbered files ---------------------------------------------------------------------------------------------
 
 _NUMBER = re.compile(r"%(?:0(\d{1,2}))?d|(#+)")
-_CURE = "choose another folder, or start over with --overwrite"
+_FIX = "choose another folder, or start over with --overwrite"
 
 
 class FrameFiles:
@@ -245,7 +245,7 @@ class FrameFiles:
         return self.folder / f"{self._before}{index:0{self._digits}d}{self._after}"
 
     def holds(self, path: Path) -> bool:
-        """Whether a file has the place and the name of a frame."""
+        """Return whether a file has the place and the name of a frame."""
         return path.resolve().parent == self.folder.resolve() and self._index(path.resolve().name) is not None
 
     def present(self) -> set[int]:
@@ -281,13 +281,13 @@ class FrameFiles:
             recorded = json.loads(self._record.read_bytes())
             unlike = [key for key, value in made_with.items() if recorded[key] != value]
         except FileNotFoundError:
-            raise InputError(f"{self.folder}: holds frames, and nothing tells what made them; {_CURE}") from None
+            raise InputError(f"{self.folder}: holds frames of unknown origin; {_FIX}") from None
         except (OSError, ValueError, KeyError, TypeError):
-            raise InputError(f"{self._record}: is damaged, so nothing tells what made the frames; {_CURE}") from None
+            raise InputError(f"{self._record}: is damaged, so the frames are of unknown origin; {_FIX}") from None
         if unlike:
             key = unlike[0]
             was = "another scene" if key == "scene" else f"{key} {recorded[key]}, not {made_with[key]}"
-            raise InputError(f"{self.folder}: holds frames made with {was}; {_CURE}")
+            raise InputError(f"{self.folder}: holds frames made with {was}; {_FIX}")
 
     def start(self, made_with: Mapping[str, object], overwrite: bool = False) -> set[int]:
         """Make the folder and its record; the numbers of the frames that are there and stay."""

@@ -1,10 +1,11 @@
 // Lists the balls that reach into each cell of the grid at any step, in order, one cell an invocation.
-#include "block/Colliders"
+#include "layout/Colliders"
+#include "layout/Reach"
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 4) readonly buffer Reaches { vec4 reaches[]; };  // of each ball: low x and z, high x and z
-layout(std430, binding = 5) writeonly buffer Cells { uint cells[]; };
+layout(std430) readonly buffer Reaches { Reach reaches[]; };  // of each ball
+layout(std430) writeonly buffer Cells { uint cells[]; };
 
 void main() {
     uint cell = gl_GlobalInvocationID.x, side = uint(SIDE), words = uint(WORDS);
@@ -13,8 +14,8 @@ void main() {
     vec2 high = low + 1.0 / colliders.cells_per_m;
     uint count = 0u;
     for (uint ball = 0u; ball < uint(colliders.count); ball++) {
-        vec4 reach = reaches[ball];
-        if (any(greaterThan(low, reach.zw)) || any(lessThan(high, reach.xy))) continue;
+        Reach reach = reaches[ball];
+        if (any(greaterThan(low, reach.high)) || any(lessThan(high, reach.low))) continue;
         if (count < words - 1u) cells[cell * words + 1u + count] = ball;
         count++;
     }

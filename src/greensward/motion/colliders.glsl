@@ -1,16 +1,16 @@
 // Spheres and capsules that press blades down, listed by cells of a grid over x and z.
 #include "motion/forces.glsl"
-#include "block/Colliders"
+#include "layout/Colliders"
+#include "layout/Ball"
 
-// Pairs: one end and the radius; the other end. All balls at the first step of a dispatch, all at the next, and so on.
-layout(std430, binding = 4) readonly buffer Balls { vec4 balls[]; };
-layout(std430, binding = 5) readonly buffer Cells { uint cells[]; };  // of each cell: how many, and which
+layout(std430) readonly buffer Balls { Ball balls[]; };  // all at the first step of a dispatch, all at the next, and so on
+layout(std430) readonly buffer Cells { uint cells[]; };  // of each cell: how many, and which
 
 const uint TOO_MANY = 0xffffffffu;
 
 // From the axis of a ball to a point
 vec3 fromAxis(uint ball, vec3 p) {
-    vec3 a = balls[2u * ball].xyz, axis = balls[2u * ball + 1u].xyz - a;
+    vec3 a = balls[ball].end.xyz, axis = balls[ball].other_end.xyz - a;
     float t = clamp(dot(p - a, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0);
     return p - a - t * axis;
 }
@@ -19,7 +19,7 @@ vec3 fromAxis(uint ball, vec3 p) {
 vec3 outOf(uint ball, vec3 p) {
     vec3 from = fromAxis(ball, p);
     float away = length(from);
-    return away > 1e-6 ? from * max(balls[2u * ball].w / away - 1.0, 0.0) : vec3(0.0, balls[2u * ball].w, 0.0);
+    return away > 1e-6 ? from * max(balls[ball].end.w / away - 1.0, 0.0) : vec3(0.0, balls[ball].end.w, 0.0);
 }
 
 // Jahrmann & Wimmer 2017: a tip inside moves to the nearest point of the surface; where the curve's middle,
@@ -37,7 +37,7 @@ bool collide(Blade b, int instant, vec3 root, vec3 control, inout vec3 tip, inou
     if (every) count = uint(colliders.count);
     for (uint k = 0u; k < count; k++) {
         uint ball = uint(instant * colliders.count) + (every ? k : cells[list + 1u + k]);
-        if (length(fromAxis(ball, root)) - balls[2u * ball].w > b.height) continue;
+        if (length(fromAxis(ball, root)) - balls[ball].end.w > b.height) continue;
         vec3 move = outOf(ball, root + tip);
         vec3 middle = 0.5 * control + 0.25 * (tip + move);
         move += 4.0 * outOf(ball, root + middle);

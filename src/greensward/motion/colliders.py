@@ -4,33 +4,34 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Protocol
 
-import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.blocks import BlockBuffer, declare
-from greensward.gpu.buffers import rewrite
-from greensward.gpu.program import build_compute
+from greensward.gpu.buffers import upload
+from greensward.gpu.device import STORAGE_WRITTEN, Device
+from greensward.gpu.kernels import Bindings, Kernel
+from greensward.gpu.layouts import WORD, BlockBuffer, block, struct
 from greensward.ground import HeightField
-from greensward.objects import mesh_of, packed
+from greensward.objects.meshes import mesh_of
+from greensward.objects.packing import packed
 from greensward.objects.placing import Placing, Script
 from greensward.scene import Capsule, Sphere
 from greensward.scene.objects import Object
 
-COLLIDERS_BLOCK = declare(
+COLLIDERS_BLOCK = block(
     "Colliders",
-    8,
     ("low", "vec2"),
     ("cells_per_m", "vec2"),
     ("count", "int"),
     ("instants", "int"),
 )
+# a sphere or capsule: one end and the radius, the other end; and what it reaches: low x and z, high x and z
+_BALL = struct("Ball", ("end", "vec4"), ("other_end", "vec4"))
+_REACH = struct("Reach", ("low", "vec2"), ("high", "vec2"))
 _SIDE, _WORDS = 32, 32
 GRID = {"SIDE": _SIDE, "WORDS": _WORDS}
-"""What to define for shaders of `motion/colliders.glsl`: cells a side, and words a cell."""
+"""Defines of shaders of `motion/colliders.glsl`: cells a side, and words a cell."""
 MOST_INSTANTS = 16
-BALLS, CELLS = 4, 5
-"""Shader-storage bindings while blades are simulated."""
 Floats = npt.NDArray[np.float64]
 
 
@@ -38,45 +39,47 @@ class _Resolve(Protocol):
     def __call__(self, file: str) -> Path: ...
 
 
-def balls_of(thing: Object, resolve: _Resolve) -> Floats:
-    """An object as balls in its own space: (n, 7) one end, the other end, radius, all in metres."""
-    if isinstance(thing, Capsule):
-        reach = thing.radius_m
-        return np.array([[0.0, reach, 0.0, 0.0, thing.length_m - reach, 0.0, reach]])
-    if isinstance(thing, Sphere) and len(set(thing.size_m)) == 1:
-        radius = 0.5 * thing.size_m[0]
+def balls_of(solid: Object, resolve: _Resolve) -> Floats:
+    """Pack an object with balls in its own space: (n, 7) one end, the other end, radius, all in metres."""
+    if isinstance(solid, Capsule):
+        reach = solid.radius_m
+        return np.array([[0.0, reach, 0.0, 0.0, solid.length_m - reach, 0.0, reach]])
+    if isinstance(solid, Sphere) and len(set(solid.size_m)) == 1:
+        radius = 0.5 * solid.size_m[0]
         return np.array([[0.0, radius, 0.0, 0.0, radius, 0.0, radius]])
-    spheres = packed(mesh_of(thing, resolve))
+    spheres = packed(mesh_of(solid, resolve))
     return np.concatenate([spheres[:, :3], spheres], axis=1)
 
 
 class Colliders:
-    """All balls of the scene's objects, where the objects are."""
+    """Balls of the scene's objects, where the objects are."""
 
     def __init__(
         self,
-        ctx: moderngl.Context,
-        things: Sequence[Object],
+        device: Device,
+        objects: Sequence[Object],
         heights: HeightField,
         scripts: Mapping[str, Script],
         resolve: _Resolve,
     ) -> None:
-        self._ctx = ctx
-        hard = [thing for thing in things if thing.collides]
+        ctx = self._ctx = device.ctx
+        hard = [each for each in objects if each.collides]
         self._placing = Placing(
-            hard, heights, {thing.name: scripts[thing.name] for thing in hard if thing.name in scripts}
+            hard, heights, {each.name: scripts[each.name] for each in hard if each.name in scripts}
         )
-        found = [balls_of(thing, resolve) for thing in hard]
+        found = [balls_of(each, resolve) for each in hard]
         self._balls = np.concatenate(found) if found else np.zeros((0, 7))
         self._owner = np.repeat(np.arange(len(found)), [len(balls) for balls in found])
         self.count = len(self._balls)
         self.moving = any(self._placing.moving)
         self._placed: Floats | None = None
         self._block = BlockBuffer(ctx, COLLIDERS_BLOCK)
-        self._buffer = ctx.buffer(reserve=max(self.count, 1) * MOST_INSTANTS * 32)
-        self._reaches = ctx.buffer(reserve=max(self.count, 1) * 16)
-        self._cells = ctx.buffer(reserve=_SIDE * _SIDE * _WORDS * 4 if self.count else 4)
-        self._shader = build_compute(ctx, "motion/colliders.comp", GRID)
+        self._buffer = ctx.buffer(reserve=max(self.count, 1) * MOST_INSTANTS * _BALL.dtype.itemsize)
+        self._reaches = ctx.buffer(reserve=max(self.count, 1) * _REACH.dtype.itemsize)
+        self._cells = ctx.buffer(reserve=_SIDE * _SIDE * _WORDS * WORD if self.count else WORD)
+        self._kernel = Kernel(device, "motion/colliders.comp", GRID, {"Colliders": self._block})
+        self.bindings: Bindings = {"Colliders": self._block, "Balls": self._buffer, "Cells": self._cells}
+        """Block, balls and cells, by their names in shaders."""
 
     def place(self, times_s: Sequence[float], tallest_m: float) -> None:
         """Take up the objects' places at up to `MOST_INSTANTS` instants; `tallest_m` is of the grass.
@@ -103,21 +106,12 @@ class Colliders:
             count=self.count,
             instants=len(placed),
         )
-        rewrite(self._buffer, rows)
-        rewrite(self._reaches, reaches.astype(np.float32))
-        self._block.bind()
-        self._reaches.bind_to_storage_buffer(BALLS)
-        self._cells.bind_to_storage_buffer(CELLS)
-        self._shader.run(-(-_SIDE * _SIDE // 64))
-        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-
-    def bind(self) -> None:
-        """Bind block, balls and cells."""
-        self._block.bind()
-        self._buffer.bind_to_storage_buffer(BALLS)
-        self._cells.bind_to_storage_buffer(CELLS)
+        upload(self._buffer, rows)
+        upload(self._reaches, reaches.astype(np.float32))
+        self._kernel.run_over(_SIDE * _SIDE, Reaches=self._reaches, Cells=self._cells)
+        self._ctx.memory_barrier(STORAGE_WRITTEN)
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for part in (self._block, self._buffer, self._reaches, self._cells, self._shader):
+        for part in (self._block, self._buffer, self._reaches, self._cells, self._kernel):
             part.release()

@@ -1,4 +1,4 @@
-"""The scene's forces on the grass of the ground: a uniform block, and one array of pictures."""
+"""Force layers of the scene on the grass of the ground: a uniform block, and one array of maps."""
 
 import math
 from collections.abc import Sequence
@@ -7,17 +7,38 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.blocks import BlockBuffer, declare
-from greensward.motion.presses import Layer, layer_of
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Bindings
+from greensward.gpu.layouts import BlockBuffer, block, rows_of, text
+from greensward.motion.force_layers import ForceLayer, layer_of
 from greensward.scene import Scene
+from greensward.scene.force import MOST_FORCES
 
-MOST_FORCES = 8
 ROWS = 3
-UNIT = 16
-FORCES_BLOCK = declare("Forces", 9, ("rows", "vec4", MOST_FORCES * ROWS), ("count", "int"))
+FORCES_BLOCK = block("Forces", ("rows", "vec4", MOST_FORCES * ROWS), ("count", "int"))
+_STRUCT, _VALUE = rows_of(
+    "ForceLayer",
+    (
+        ("centre_m", "vec2"),
+        ("turn", "vec2"),
+        ("half_size_m", "vec2"),
+        ("texels", "vec2"),
+        ("start_s", "float"),
+        ("fades_s", "float"),
+        ("always", "float"),
+    ),
+)
+text(
+    "ForceLayers",
+    f"{_STRUCT}\n"
+    "ForceLayer forceLayer(int i) {\n"
+    f"    vec4 rows[{ROWS}] = vec4[{ROWS}]({', '.join(f'forces.rows[{ROWS} * i + {row}]' for row in range(ROWS))});\n"
+    f"    return {_VALUE};\n"
+    "}",
+)
 
 
-def force_values(layers: Sequence[Layer]) -> dict[str, object]:
+def force_values(layers: Sequence[ForceLayer]) -> dict[str, object]:
     """Members of the `Forces` block."""
     rows = np.zeros((MOST_FORCES, ROWS * 4), np.float32)
     for row, layer in zip(rows, layers, strict=False):
@@ -31,8 +52,8 @@ def force_values(layers: Sequence[Layer]) -> dict[str, object]:
     return {"rows": rows.reshape(-1, 4), "count": len(layers)}
 
 
-def force_pictures(layers: Sequence[Layer]) -> npt.NDArray[np.float16]:
-    """The pictures of all layers, (layers, height, width, 4), each in the corner of the largest."""
+def force_pictures(layers: Sequence[ForceLayer]) -> npt.NDArray[np.float16]:
+    """Maps of all layers, (layers, height, width, 4), each in the corner of the largest."""
     height, width = (max(layer.texels.shape[axis] for layer in layers) for axis in (0, 1))
     pictures = np.zeros((len(layers), height, width, 4), np.float16)
     for picture, layer in zip(pictures, layers, strict=True):
@@ -41,33 +62,28 @@ def force_pictures(layers: Sequence[Layer]) -> npt.NDArray[np.float16]:
 
 
 def absent_forces(scene: Scene) -> dict[str, int]:
-    """What to define for shaders of `motion/force_map.glsl`, so that they leave it out where there are no forces."""
+    """Defines of shaders of `motion/force_map.glsl`, so that they leave it out where there are no forces."""
     return {} if scene.force else {"NO_FORCES": 1}
 
 
 class Forces:
-    """The scene's forces, bound for shaders that include `motion/force_map.glsl`; nothing where it has none."""
+    """Forces of the scene, for shaders that include `motion/force_map.glsl`; nothing where it has none."""
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene) -> None:
+    def __init__(self, device: Device, scene: Scene) -> None:
         layers = [layer_of(force, scene.resolve) for force in scene.force]
-        self._block = self._pictures = None
+        self.bindings: Bindings = {}
+        """Block and maps, by their names in shaders."""
         if layers:
-            self._block = BlockBuffer(ctx, FORCES_BLOCK)
-            self._block.set(**force_values(layers))  # type: ignore[arg-type]
+            forces = BlockBuffer(device.ctx, FORCES_BLOCK)
+            forces.set(**force_values(layers))  # type: ignore[arg-type]
             pictures = force_pictures(layers)
             count, height, width, _ = pictures.shape
-            self._pictures = ctx.texture_array((width, height, count), 4, pictures.tobytes(), dtype="f2")
-            self._pictures.filter = moderngl.LINEAR, moderngl.LINEAR
-            self._pictures.repeat_x = self._pictures.repeat_y = False
-
-    def bind(self) -> None:
-        """Bind the block and the pictures."""
-        if self._block and self._pictures:
-            self._block.bind()
-            self._pictures.use(UNIT)
+            maps = device.ctx.texture_array((width, height, count), 4, pictures.tobytes(), dtype="f2")
+            maps.filter = moderngl.LINEAR, moderngl.LINEAR
+            maps.repeat_x = maps.repeat_y = False
+            self.bindings = {"Forces": forces, "force_maps": maps}
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for part in (self._block, self._pictures):
-            if part:
-                part.release()
+        for part in self.bindings.values():
+            part.release()  # type: ignore[union-attr]

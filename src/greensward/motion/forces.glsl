@@ -3,7 +3,7 @@
 #include "shaders/bezier.glsl"
 #include "motion/wind.glsl"
 #include "motion/force_map.glsl"
-#include "block/Motion"
+#include "layout/Motion"
 
 const int NATURAL = 0, YAN_2024 = 1, JAHRMANN_2017 = 2;
 #ifndef FORM
@@ -62,13 +62,13 @@ void correctState(Blade b, vec3 up, inout vec3 tip, out vec3 control) {
     tip -= up * min(dot(up, tip), 0.0);
     float l = length(tip - up * dot(tip, up)) / b.height;
     control = b.height * up * max(1.0 - l, 0.05 * max(l, 1.0));
-    keepLength(vec3(0.0), control, tip, b.height);
+    correctLength(vec3(0.0), control, tip, b.height);
 }
 
 // Where a blade rests without wind and weight: upright, or as far down as it is pressed
 vec3 idleTip(Blade b, vec3 up, vec3 force) {
     vec3 control = 0.5 * b.height * up, tip = b.height * up;
-    press(b, up, force, control, tip);
+    applyForce(b, up, force, control, tip);
     return tip;
 }
 

@@ -62,12 +62,12 @@ def signed_distance(mask: Mask, most: float) -> npt.NDArray[np.float32]:
 
 
 def rim_of(distance: Floats) -> float:
-    """Over how much inside of its border an outline turns from aside to down: a fifth of its deepest part."""
+    """Width inside of its border over which an outline turns from aside to down: a fifth of its deepest part."""
     return max(0.2 * -float(distance.min()), 0.5)
 
 
 def read_outline(path: Path) -> Floats:
-    """How far each pixel of a picture belongs to what pressed, 0 to 1: its alpha if it has any, or its darkness.
+    """Part of each pixel of a picture that belongs to what pressed, 0 to 1: its alpha if it has any, or its darkness.
 
     Raises `InputError` for a file that cannot be read, or where nothing pressed.
     """

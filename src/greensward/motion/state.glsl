@@ -1,10 +1,5 @@
-// What a blade remembers, in 32 bytes.
-struct State {
-    float x, y, z;     // tip from the root, metres
-    float pressed;     // collision strength, 0 to 1
-    float vx, vy, vz;  // velocity of the tip, m/s
-    float step;        // up to which it was carried
-};
+// Simulation state of a blade.
+#include "layout/State"
 
 vec3 stateTip(State s) { return vec3(s.x, s.y, s.z); }
 vec3 stateVelocity(State s) { return vec3(s.vx, s.vy, s.vz); }

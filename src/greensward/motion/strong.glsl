@@ -1,7 +1,9 @@
+#include "motion/air.glsl"
+
 // Strong natural wind (Yan, Wu & Wang 2024, section 5): direction * power * cos((v0 . direction - speed * t) / interval)
-Air strong(vec4 a, vec4 b, vec4 c, uint seed, vec3 p, float time_s) {
-    vec3 direction = vec3(a.y, 0.0, a.z);
-    float wave = cos((dot(p, direction) - b.x * time_s) / b.y);
-    float power = a.w * mix(wave, 1.0, b.z);
+Air strong(Strong w, uint seed, vec3 p, float time_s) {
+    vec3 direction = vec3(w.direction.x, 0.0, w.direction.y);
+    float wave = cos((dot(p, direction) - w.speed_mps * time_s) / w.interval_m);
+    float power = w.power_mps * mix(wave, 1.0, w.steadiness);
     return Air(vec4(direction * power, 0.15 * abs(power)), vec3(0.0));
 }

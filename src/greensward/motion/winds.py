@@ -1,4 +1,4 @@
-"""The scene's winds as one uniform block and one texture. A wind is a model, a row here and a `.glsl` file."""
+"""Winds of the scene as one uniform block and one texture. A wind is a model, a row here and a `.glsl` file."""
 
 import math
 from collections.abc import Sequence
@@ -8,7 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from greensward.gpu.blocks import BlockBuffer, declare
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Bindings
+from greensward.gpu.layouts import BlockBuffer, block, rows_of, text
 from greensward.ground import HeightField
 from greensward.io.rasters import read_rgba
 from greensward.scene import (
@@ -23,15 +25,114 @@ from greensward.scene import (
     Waves,
     Whirl,
 )
-from greensward.scene.wind import Wind
+from greensward.scene.wind import MOST_WINDS, Wind
 
-MOST_WINDS = 8
 ROWS = 3
-PICTURES_UNIT = 15
 
-WINDS_BLOCK = declare("Winds", 3, ("rows", "vec4", MOST_WINDS * ROWS), ("count", "int"), ("seed", "uint"))
-KINDS: tuple[type, ...] = (Gusts, Strong, Helicopter, Random, Waves, Blast, Whirl, Texture, Ripples)
-"""In the order of the cases in `motion/wind.glsl`."""
+WINDS_BLOCK = block("Winds", ("rows", "vec4", MOST_WINDS * ROWS), ("count", "int"), ("seed", "uint"))
+_STRENGTH = (("speed_mps", "float"), ("interval_m", "float"), ("steadiness", "float"))
+# what a kind is called in GLSL: its struct, the function of its file, and the members of the struct
+_GLSL: dict[type, tuple[str, str, tuple[tuple[str, str], ...]]] = {
+    Gusts: (
+        "Gusts",
+        "gusts",
+        (
+            ("direction", "vec2"),
+            ("speed_mps", "float"),
+            ("gustiness", "float"),
+            ("gust_m", "float"),
+            ("turbulence", "float"),
+        ),
+    ),
+    Strong: ("Strong", "strong", (("direction", "vec2"), ("power_mps", "float"), *_STRENGTH)),
+    Helicopter: (
+        "Helicopter",
+        "helicopter",
+        (
+            ("centre_m", "vec2"),
+            ("radius_m", "float"),
+            ("power_mps", "float"),
+            ("period_s", "float"),
+            ("rotor_m", "float"),
+            *_STRENGTH,
+        ),
+    ),
+    Random: ("RandomWind", "randomWind", (("power_mps", "float"), ("period_s", "float"))),
+    Waves: ("Waves", "waves", (("direction", "vec2"), ("speed_mps", "float"), ("rate_hz", "float"))),
+    Blast: ("Blast", "blast", (("centre_ws", "vec3"), ("power_mps", "float"), ("rate", "float"))),
+    Whirl: (
+        "Whirl",
+        "whirl",
+        (("centre_ws", "vec3"), ("power_mps", "float"), ("swirl_mps", "float"), ("rate", "float")),
+    ),
+    Texture: (
+        "PaintedWind",
+        "paintedWind",
+        (
+            ("speed_mps", "float"),
+            ("rate_hz", "float"),
+            ("size_m", "vec2"),
+            ("first_layer", "float"),
+            ("layers", "float"),
+        ),
+    ),
+    Ripples: (
+        "Ripples",
+        "ripples",
+        (
+            ("direction", "vec2"),
+            ("speed_mps", "float"),
+            ("wave_m", "float"),
+            ("swell_m", "float"),
+            ("front_m", "float"),
+            ("epsilon", "float"),
+            ("rate_hz", "float"),
+        ),
+    ),
+}
+KINDS = tuple(_GLSL)
+"""Kinds of wind, by their number in the block."""
+
+
+def _declare() -> None:
+    """Declare the structs of all kinds, and `windAt`, which leaves out the kinds that `NO_KIND` names.
+
+    A CPU driver would run every case for every blade.
+    """
+    structs, cases = [], []
+    for number, (kind, (name, function, members)) in enumerate(_GLSL.items()):
+        declared, value = rows_of(name, members, first=1)
+        structs.append(declared)
+        cases.append(
+            f"#ifndef {_absent(kind)}\n"
+            f"        if (kind == {number}) one = {function}({value}, seed, p, time_s);\n"
+            "#endif\n"
+        )
+    text("WindKinds", "\n".join(structs))
+    rows = ", ".join(f"winds.rows[{ROWS} * i + {row}]" for row in range(ROWS))
+    text(
+        "WindAt",
+        "Air windAt(vec3 p, float time_s) {\n"
+        "    Air sum = Air(vec4(0.0), vec3(0.0));\n"
+        "    for (int i = 0; i < winds.count; i++) {\n"
+        f"        vec4 rows[{ROWS}] = vec4[{ROWS}]({rows});\n"
+        "        uint seed = winds.seed + uint(i) * 97u;\n"
+        "        int kind = int(rows[0].x);\n"
+        "        Air one = Air(vec4(0.0), vec3(0.0));\n"
+        f"{''.join(cases)}"
+        "        sum.wind += one.wind;\n"
+        "        sum.blast += one.blast;\n"
+        "    }\n"
+        "    return sum;\n"
+        "}",
+    )
+
+
+def _absent(kind: type) -> str:
+    return f"NO_{kind.__name__.upper()}"
+
+
+_declare()
 
 
 def _towards(direction_deg: float) -> tuple[float, float]:
@@ -41,7 +142,7 @@ def _towards(direction_deg: float) -> tuple[float, float]:
 
 
 def _numbers(wind: Wind, heights: HeightField | None, first_picture: int) -> Sequence[float]:
-    """What follows the kind in a wind's rows."""
+    """Numbers that follow the kind in a wind's rows: the members of its struct."""
     match wind:
         case Gusts():
             return *_towards(wind.direction_deg), wind.speed_mps, wind.gustiness, wind.gust_m, wind.turbulence
@@ -50,7 +151,7 @@ def _numbers(wind: Wind, heights: HeightField | None, first_picture: int) -> Seq
             return *where, wind.power_mps, wind.speed_mps, wind.interval_m, wind.steadiness
         case Helicopter():
             circle = *wind.centre_m, wind.radius_m, wind.power_mps, wind.period_s, wind.rotor_m
-            return *circle, 0.0, wind.speed_mps, wind.interval_m, wind.steadiness
+            return *circle, wind.speed_mps, wind.interval_m, wind.steadiness
         case Random():
             return wind.power_mps, wind.period_s
         case Waves():
@@ -63,7 +164,7 @@ def _numbers(wind: Wind, heights: HeightField | None, first_picture: int) -> Seq
             lengths = wind.wave_m, wind.swell_m, wind.front_m
             return *_towards(wind.direction_deg), wind.speed_mps, *lengths, wind.epsilon, wind.rate_hz
         case Texture():
-            return wind.speed_mps, 0.0, wind.rate_hz, *wind.size_m, first_picture, len(wind.files)
+            return wind.speed_mps, wind.rate_hz, *wind.size_m, first_picture, len(wind.files)
 
 
 def _above(point: tuple[float, float, float], heights: HeightField | None) -> tuple[float, float, float]:
@@ -83,12 +184,12 @@ def wind_values(winds: tuple[Wind, ...], seed: int, heights: HeightField | None 
 
 
 def absent_kinds(winds: Sequence[Wind]) -> dict[str, int]:
-    """What to define for shaders of `motion/wind.glsl`, so that they leave out the kinds that are not there."""
-    return {f"NO_{kind.__name__.upper()}": 1 for kind in KINDS if not any(isinstance(wind, kind) for wind in winds)}
+    """Defines of shaders of `motion/wind.glsl`, so that they leave out the kinds that the scene does not have."""
+    return {_absent(kind): 1 for kind in KINDS if not any(isinstance(wind, kind) for wind in winds)}
 
 
 def wind_pictures(scene: Scene) -> npt.NDArray[np.uint8]:
-    """The pictures of every texture wind, (layers, height, width, 2), all scaled to the largest."""
+    """Pictures of every texture wind, (layers, height, width, 2), all scaled to the largest."""
     found = [
         read_rgba(scene.resolve(file)) for wind in scene.wind if isinstance(wind, Texture) for file in wind.files
     ]
@@ -104,8 +205,8 @@ def wind_pictures(scene: Scene) -> npt.NDArray[np.uint8]:
     return np.ascontiguousarray(np.stack(scaled)[..., :2])
 
 
-def kept(wind: Wind) -> object:
-    """What of a wind shaders, pictures and objects were made for."""
+def built_for(wind: Wind) -> object:
+    """Part of a wind that shaders, pictures and objects are built for."""
     match wind:
         case Helicopter():
             return wind
@@ -115,28 +216,27 @@ def kept(wind: Wind) -> object:
             return wind.kind
 
 
-class Winds:
-    """The scene's winds, bound for shaders that include `motion/wind.glsl`."""
+def same_kinds(before: Sequence[Wind], winds: Sequence[Wind]) -> bool:
+    """Return whether what is built for some winds is good for others."""
+    return [built_for(wind) for wind in before] == [built_for(wind) for wind in winds]
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene, heights: HeightField) -> None:
-        self._block = BlockBuffer(ctx, WINDS_BLOCK)
+
+class Winds:
+    """Winds of the scene, for shaders that include `motion/wind.glsl`."""
+
+    def __init__(self, device: Device, scene: Scene, heights: HeightField) -> None:
+        self._block = BlockBuffer(device.ctx, WINDS_BLOCK)
         self._block.set(**wind_values(scene.wind, scene.seed, heights))  # type: ignore[arg-type]
         pictures = wind_pictures(scene)
         layers, height, width, _ = pictures.shape
-        self._pictures = ctx.texture_array((width, height, layers), 2, pictures.tobytes(), alignment=1)
+        self._pictures = device.ctx.texture_array((width, height, layers), 2, pictures.tobytes(), alignment=1)
         self._pictures.filter = moderngl.LINEAR, moderngl.LINEAR
+        self.bindings: Bindings = {"Winds": self._block, "wind_maps": self._pictures}
+        """Block and pictures, by their names in shaders."""
 
-    def change(self, before: Scene, scene: Scene, heights: HeightField) -> bool:
-        """Blow as another scene has it, if kinds, pictures and helicopters are the same; returns whether."""
-        if [kept(wind) for wind in before.wind] != [kept(wind) for wind in scene.wind]:
-            return False
+    def change(self, scene: Scene, heights: HeightField) -> None:
+        """Blow as another scene has it, whose kinds, pictures and helicopters are the same."""
         self._block.set(**wind_values(scene.wind, scene.seed, heights))  # type: ignore[arg-type]
-        return True
-
-    def bind(self) -> None:
-        """Bind the block and the pictures."""
-        self._block.bind()
-        self._pictures.use(PICTURES_UNIT)
 
     def release(self) -> None:
         """Free the GPU memory."""

@@ -1,7 +1,5 @@
-"""Objects as surfaces: triangles in their own space, and the spheres that fill them."""
+"""Objects among the grass: `Scene(object=[objects.Sphere(position_m=(0, 0, 0))])`."""
 
-from greensward.io.meshes import TriMesh
-from greensward.objects.meshes import mesh_of
-from greensward.objects.packing import packed
+from greensward.scene.objects import Box, Capsule, Cylinder, Fur, Mesh, Path, Sphere
 
-__all__ = ["TriMesh", "mesh_of", "packed"]
+__all__ = ["Box", "Capsule", "Cylinder", "Fur", "Mesh", "Path", "Sphere"]

@@ -15,7 +15,7 @@ from greensward.scene.objects import Object
 from greensward.scene.wind import Wind
 
 Floats = npt.NDArray[np.float64]
-_THING: TypeAdapter[Object] = TypeAdapter(Object)
+_OBJECT: TypeAdapter[Object] = TypeAdapter(Object)
 _UP = np.array([0.0, 1.0, 0.0])
 _TURNS_PER_S = 3.7  # of the rotor
 _DARK, _BODY, _METAL = "#23262a", "#a3261c", "#8d9296"
@@ -40,7 +40,7 @@ _PARTS = (
 
 def helicopters(winds: Sequence[Wind], heights: HeightField) -> tuple[tuple[Object, ...], dict[str, Script]]:
     """Objects that draw the helicopters of these winds, and where each is at a time."""
-    things: list[Object] = []
+    parts: list[Object] = []
     scripts: dict[str, Script] = {}
     for i, wind in enumerate(winds):
         if not isinstance(wind, Helicopter) or not wind.drawn:
@@ -49,9 +49,9 @@ def helicopters(winds: Sequence[Wind], heights: HeightField) -> tuple[tuple[Obje
             name = f"wind[{i}] helicopter part {k}"
             size = tuple(wind.rotor_m * edge for edge in extent)
             keys = {"name": name, "position_m": (0.0, 0.0, 0.0), "size_m": size, "colour": colour}
-            things.append(_THING.validate_python({"kind": kind, "roughness": 0.35, "collides": False, **keys}))
+            parts.append(_OBJECT.validate_python({"kind": kind, "roughness": 0.35, "collides": False, **keys}))
             scripts[name] = _script(wind, heights, np.array(middle) * wind.rotor_m, size[1], spin)
-    return tuple(things), scripts
+    return tuple(parts), scripts
 
 
 def _script(wind: Helicopter, heights: HeightField, middle: Floats, tall: float, spin: str | None) -> Script:

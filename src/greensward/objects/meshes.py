@@ -11,29 +11,29 @@ from greensward.io.meshes import TriMesh, read_mesh
 from greensward.scene import Box, Capsule, Cylinder, Mesh, Sphere
 
 Floats = npt.NDArray[np.float64]
-Thing = Box | Sphere | Cylinder | Capsule | Mesh
+Shape = Box | Sphere | Cylinder | Capsule | Mesh
 _SIDES, _RINGS = 96, 48  # fine enough that no silhouette shows its corners
 
 
-def mesh_of(thing: Thing, resolve: Callable[[str], Path]) -> TriMesh:
+def mesh_of(shape: Shape, resolve: Callable[[str], Path]) -> TriMesh:
     """The surface of an object before it is turned and placed; the centre of its base is the origin.
 
     `resolve` finds the files that the scene names. Raises `InputError` for a mesh that cannot be read.
     """
-    match thing:
+    match shape:
         case Box():
-            return _box(np.array(thing.size_m))
+            return _box(np.array(shape.size_m))
         case Sphere():
-            return _revolved(_ball(0.5, 1.0), np.array(thing.size_m))
+            return _revolved(_ball(0.5, 1.0), np.array(shape.size_m))
         case Cylinder():
-            return _revolved(_LIDDED, np.array(thing.size_m))
+            return _revolved(_LIDDED, np.array(shape.size_m))
         case Capsule():
-            return _revolved(_ball(thing.radius_m, thing.length_m), np.ones(3))
+            return _revolved(_ball(shape.radius_m, shape.length_m), np.ones(3))
         case Mesh():
-            mesh = read_mesh(resolve(thing.file))
+            mesh = read_mesh(resolve(shape.file))
             low, high = mesh.bounds
             base = np.array([0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])])
-            return replace(mesh, positions=(mesh.positions - base) * thing.scale)
+            return replace(mesh, positions=(mesh.positions - base) * shape.scale)
 
 
 def _box(size_m: Floats) -> TriMesh:

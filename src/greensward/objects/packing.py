@@ -1,4 +1,4 @@
-"""Spheres that fill an object, for grass to bend away from."""
+"""Sphere packing: spheres that approximate an object, from which grass bends away."""
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ _CLOSE_ENOUGH = 0.01  # of the object's size
 
 
 def packed(mesh: TriMesh, most: int = 64) -> Floats:
-    """Spheres inside a closed surface that reach all of it as nearly as so many can: (k, 4) of centre and radius.
+    """Spheres inside a closed surface that approximate it, at most `most`: (k, 4) of centre and radius.
 
     Candidates are the largest balls that touch the surface at samples of it (Ma, Bae & Choi 2012, "3D medial axis
     point approximation using nearest neighbors and the normal field"; of all samples at once, the ball that their
@@ -69,7 +69,7 @@ def _room(touched: Floats, normals: Floats, bounds: Floats) -> Floats:
 
 
 def _chosen(centres: Floats, radii: Floats, points: Floats, size: float, most: int) -> list[int]:
-    """Which balls to take: each lessens the squares of the samples' distances to the nearest ball the most."""
+    """Select balls greedily: each lessens the squares of the samples' distances to the nearest ball the most."""
     reach = np.sum(centres**2, axis=1)[:, None] + np.sum(points**2, axis=1) - 2.0 * centres @ points.T
     away = (np.maximum(np.sqrt(np.maximum(reach, 0.0)) - radii[:, None], 0.0) / size).astype(np.float32) ** 2
     gap = np.ones(len(points), np.float32)

@@ -1,4 +1,4 @@
-"""Where every object is at an instant: as the scene has it, along its path, or as a program says."""
+"""Matrices of all objects at an instant: as the scene has them, along their paths, or scripted."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -57,7 +57,7 @@ class Tracks:
             ]
             or [np.zeros((0, 4))]
         )
-        # tangents of a curve through all keys: Catmull & Rom 1974, for times that need not be even
+        # tangents of a Catmull-Rom spline with non-uniform knots
         self._slopes = np.concatenate(
             [
                 np.gradient(self._keys[a : b + 1], self._times[a : b + 1], axis=0)
@@ -87,10 +87,12 @@ class Tracks:
         i = np.clip(i, self._start, self._last - 1)
         span = (self._times[i + 1] - self._times[i])[:, None]
         t = (on_path - self._times[i])[:, None] / span
-        a, way = self._keys[i], self._keys[i + 1] - self._keys[i]
+        a, chord = self._keys[i], self._keys[i + 1] - self._keys[i]
         # cubic Hermite, as what it adds to the straight line
-        bow = t * (1.0 - t) * ((1.0 - t) * (self._slopes[i] * span - way) - t * (self._slopes[i + 1] * span - way))
-        result: Floats = a + t * way + np.where(self._smooth, bow, 0.0)
+        bow = (
+            t * (1.0 - t) * ((1.0 - t) * (self._slopes[i] * span - chord) - t * (self._slopes[i + 1] * span - chord))
+        )
+        result: Floats = a + t * chord + np.where(self._smooth, bow, 0.0)
         return result
 
 
@@ -98,34 +100,32 @@ class Placing:
     """The matrices of a scene's objects over time."""
 
     def __init__(
-        self, things: Sequence[Object], heights: HeightField, scripts: Mapping[str, Script] | None = None
+        self, objects: Sequence[Object], heights: HeightField, scripts: Mapping[str, Script] | None = None
     ) -> None:
         self._heights = heights
-        names = {thing.name for thing in things if thing.name}
+        names = {each.name for each in objects if each.name}
         own = sorted(name for name in names if not name.startswith("wind["))
         for name in scripts or {}:
             if name not in names:
                 named = f"; named are {', '.join(own)}" if own else ""
                 raise InputError(f"scripts: no object of the scene is named {name!r}{named}")
         self._scripts = {
-            i: (thing.name, scripts[thing.name])
-            for i, thing in enumerate(things)
-            if scripts and thing.name in scripts
+            i: (each.name, scripts[each.name]) for i, each in enumerate(objects) if scripts and each.name in scripts
         }
-        self._on_path = [i for i, thing in enumerate(things) if thing.path and i not in self._scripts]
-        self.moving = [i in self._scripts or thing.path is not None for i, thing in enumerate(things)]
-        self._lean = np.array([turn(0.0, thing.lean_deg) for thing in things]).reshape(-1, 3, 3)
-        self._yaw = np.radians([thing.yaw_deg for thing in things])
-        paths = [path for i in self._on_path if (path := things[i].path)]
+        self._on_path = [i for i, each in enumerate(objects) if each.path and i not in self._scripts]
+        self.moving = [i in self._scripts or each.path is not None for i, each in enumerate(objects)]
+        self._lean = np.array([turn(0.0, each.lean_deg) for each in objects]).reshape(-1, 3, 3)
+        self._yaw = np.radians([each.yaw_deg for each in objects])
+        paths = [path for i in self._on_path if (path := objects[i].path)]
         self._tracks = Tracks(paths)
-        self._middle = np.array([[0.0, 0.5 * _height_of(things[i]), 0.0] for i in self._on_path]).reshape(-1, 3)
+        self._middle = np.array([[0.0, 0.5 * _height_of(objects[i]), 0.0] for i in self._on_path]).reshape(-1, 3)
         self._rolling = [
             (k, _Rolling(path, radius))
             for k, (path, radius) in enumerate(zip(paths, self._middle[:, 1], strict=True))
             if path.rolls
         ]
-        self._still = np.tile(np.eye(4), (len(things), 1, 1))
-        self._stand(slice(None), np.array([thing.position_m for thing in things]).reshape(-1, 3), self._still)
+        self._still = np.tile(np.eye(4), (len(objects), 1, 1))
+        self._stand(slice(None), np.array([each.position_m for each in objects]).reshape(-1, 3), self._still)
         self._still[:, :3, :3] = about_y(self._yaw) @ self._lean
 
     def _stand(self, at: slice | list[int], positions: Floats, matrices: Floats) -> None:
@@ -165,7 +165,7 @@ class Placing:
 
 
 class _Rolling:
-    """How far a ball has rolled along its path, added up in small steps."""
+    """Rotation of a ball that rolls along its path, integrated in small steps."""
 
     def __init__(self, path: Path, radius: float) -> None:
         track = Tracks([path])
@@ -185,19 +185,19 @@ class _Rolling:
 
 
 def _rolled(step: Floats, radius: float) -> Floats:
-    """How a ball turns that rolls by a step (x, z)."""
-    way = float(np.hypot(*step))
-    if way < 1e-12:
+    """Rotation (3, 3) of a ball that rolls by a step (x, z)."""
+    length = float(np.hypot(*step))
+    if length < 1e-12:
         return np.eye(3)
-    return about(np.array([step[1], 0.0, -step[0]]) / way, way / radius)
+    return about(np.array([step[1], 0.0, -step[0]]) / length, length / radius)
 
 
-def _height_of(thing: Object) -> float:
+def _height_of(shape: Object) -> float:
     """Height of a solid; a mesh does not roll."""
-    match thing:
+    match shape:
         case Mesh():
             return 0.0
         case Capsule():
-            return thing.length_m
+            return shape.length_m
         case _:
-            return thing.size_m[1]
+            return shape.size_m[1]

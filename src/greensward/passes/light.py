@@ -5,12 +5,11 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.blocks import declare
+from greensward.gpu.layouts import block
 from greensward.scene import NoGround, Scene
 
-LIGHT_BLOCK = declare(
+LIGHT_BLOCK = block(
     "Light",
-    5,
     ("to_sun", "vec4"),
     ("sun_outside", "vec4"),  # irradiance above the air
     ("sun_here", "vec4"),  # irradiance at the ground, facing the sun

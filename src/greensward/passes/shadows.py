@@ -1,4 +1,4 @@
-"""Shadow maps of the sun: nested squares around the view, drawn by the same calls as the picture."""
+"""Cascaded shadow maps of the sun: nested squares around the view, drawn by the same calls as the picture."""
 
 import math
 
@@ -6,36 +6,41 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.view import View, look, orthographic
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Bindings
+from greensward.gpu.view import View, look_at, orthographic
 from greensward.passes.light import to_sun
 from greensward.scene import Scene
+from greensward.scene.field import MOST_CASCADES
 from greensward.world import World
 
-SHADOW_UNIT = 5
-MOST_CASCADES = 4
 _BIAS = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0.5], [0, 0, 0, 1.0]])
 
 
 class ShadowMaps:
     """Depth from the sun in up to four cascades; none while the sun is down."""
 
-    def __init__(self, ctx: moderngl.Context, world: World) -> None:
+    def __init__(self, device: Device, world: World) -> None:
         self._world = world
         scene, settings = world.scene, world.scene.shadows
         self.count = settings.cascades if settings.enabled and scene.sun.elevation_deg > 0 else 0
         self._to_sun = to_sun(scene)
-        self._rotation = look(self._to_sun, np.zeros(3))
+        self._rotation = look_at(self._to_sun, np.zeros(3))
         self._rotation[:3, 3] = 0.0
         self._maps: list[moderngl.Texture] = []
         self.framebuffers: list[moderngl.Framebuffer] = []
         for _ in range(max(self.count, 1)):
             size = settings.size_px if self.count else 1
-            texture = ctx.depth_texture((size, size))
+            texture = device.ctx.depth_texture((size, size))
             texture.compare_func = "<="
             texture.filter = moderngl.LINEAR, moderngl.LINEAR
             texture.repeat_x = texture.repeat_y = False
             self._maps.append(texture)
-            self.framebuffers.append(ctx.framebuffer([], texture))
+            self.framebuffers.append(device.ctx.framebuffer([], texture))
+        self.bindings: Bindings = {
+            f"shadow_map{i}": self._maps[min(i, len(self._maps) - 1)] for i in range(MOST_CASCADES)
+        }
+        """Maps by their names in shaders; unused ones repeat the last."""
 
     def views(self, camera: View) -> tuple[View, ...]:
         """One parallel view per cascade, in whole texels so that still shadows stay still."""
@@ -74,11 +79,6 @@ class ShadowMaps:
             # blades smaller than a texel are left to the shading of the sward
             density=density if texel < 0.4 * self._world.field.canopy_m else 0.0,
         )
-
-    def bind(self) -> None:
-        """Bind to texture units 5 to 8; unused ones repeat the last map."""
-        for unit in range(MOST_CASCADES):
-            self._maps[min(unit, len(self._maps) - 1)].use(SHADOW_UNIT + unit)
 
     def release(self) -> None:
         """Free the GPU memory."""

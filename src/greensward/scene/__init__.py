@@ -1,5 +1,6 @@
-"""WHAT is drawn: frozen models, TOML in and out, presets. Imports no GPU code."""
+"""Models of a scene: frozen, with TOML in and out and presets. Imports no GPU code."""
 
+from greensward.scene.classes import SurfaceClass
 from greensward.scene.errors import GreenswardError, InputError, SceneError
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.flowers import Flowers
@@ -59,6 +60,7 @@ __all__ = [
     "Stamp",
     "Strong",
     "Sun",
+    "SurfaceClass",
     "TechniqueChoice",
     "Texture",
     "Tracks",

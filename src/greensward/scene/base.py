@@ -1,18 +1,14 @@
-"""What every scene model shares: strict numbers, units in the key, help on the field."""
+"""Base of every scene model: strict numbers, units in the key, help on the field."""
 
 import re
-from typing import Annotated, Any, Self, get_args
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeAlias, TypeVar, get_args, overload
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
 from pydantic.fields import FieldInfo
 
 _NAMES_A_FILE = "names a file"
-
-Number = Annotated[float, Strict()]
-Count = Annotated[int, Strict()]
-Flag = Annotated[bool, Strict()]
-Text = Annotated[str, Strict()]
-FileName = Annotated[str, Strict(), Field(min_length=1), _NAMES_A_FILE]
 
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
@@ -27,20 +23,76 @@ def _hex_colour(text: str) -> str:
     return text.lower()
 
 
-def span(low: float, high: float) -> Any:
-    """A `[low, high]` range that blades vary over, both ends within these limits."""
-    bounded = Annotated[float, Strict(), Field(ge=low, le=high)]
-    return Annotated[tuple[bounded, bounded], AfterValidator(_ordered)]
+def _as_text(path: Any) -> Any:
+    return path.as_posix() if isinstance(path, Path) else path
 
 
+_T = TypeVar("_T")
+_Given = TypeVar("_Given", contravariant=True)
+_Held = TypeVar("_Held", covariant=True)
+Number = Annotated[float, Strict()]
+Count = Annotated[int, Strict()]
+Flag = Annotated[bool, Strict()]
+Text = Annotated[str, Strict()]
 Colour = Annotated[str, Strict(), AfterValidator(_hex_colour)]
 _Coordinate = Annotated[float, Strict(), Field(ge=-1_000_000, le=1_000_000)]
-Point = tuple[_Coordinate, _Coordinate, _Coordinate]
-Spot = tuple[_Coordinate, _Coordinate]
-"""On the ground: x and z."""
-Place = tuple[_Coordinate, _Coordinate, Annotated[float, Strict(), Field(ge=-360, le=360)]]
-"""On the ground: x, z and a turn in degrees."""
-Size = tuple[Annotated[float, Strict(), Field(gt=0, le=100_000)], Annotated[float, Strict(), Field(gt=0, le=100_000)]]
+_Turn = Annotated[float, Strict(), Field(ge=-360, le=360)]
+_Extent = Annotated[float, Strict(), Field(gt=0, le=100_000)]
+
+if TYPE_CHECKING:
+
+    class Converted(Generic[_Given, _Held]):
+        """Field whose constructor takes more types than the model holds, as type checkers see it."""
+
+        @overload
+        def __get__(self, model: None, owner: Any) -> Self: ...
+        @overload
+        def __get__(self, model: object, owner: Any) -> _Held: ...
+        def __get__(self, model: object, owner: Any) -> Any: ...
+        def __set__(self, model: object, value: _Given) -> None: ...
+
+    _Two: TypeAlias = tuple[_T, _T] | list[_T]
+    _Three: TypeAlias = tuple[_T, _T, _T] | list[_T]
+    Pair: TypeAlias = Converted[_Two[_T], tuple[_T, _T]]
+    Range: TypeAlias = Pair[_T]
+    OptionalPair: TypeAlias = Converted[_Two[_T] | None, tuple[_T, _T] | None]
+    OptionalRange: TypeAlias = OptionalPair[_T]
+    Triple: TypeAlias = Converted[_Three[_T], tuple[_T, _T, _T]]
+    Point: TypeAlias = Triple[float]
+    OptionalPoint: TypeAlias = Converted[_Three[float] | None, tuple[float, float, float] | None]
+    Many: TypeAlias = Converted[Sequence[_T], tuple[_T, ...]]
+    GroundPoints: TypeAlias = Converted[Sequence[_Two[float]], tuple[tuple[float, float], ...]]
+    Points: TypeAlias = Converted[Sequence[_Three[float]], tuple[tuple[float, float, float], ...]]
+    Places: TypeAlias = Points
+    FileName: TypeAlias = Converted[str | Path, str]
+    OptionalFileName: TypeAlias = Converted[str | Path | None, str | None]
+    FileNames: TypeAlias = Converted[Sequence[str | Path], tuple[str, ...]]
+else:
+    Pair = tuple[_T, _T]
+    Range = Annotated[Pair[_T], AfterValidator(_ordered)]
+    """`[low, high]` that blades vary over."""
+    OptionalPair = Pair[_T] | None
+    OptionalRange = Range[_T] | None
+    Triple = tuple[_T, _T, _T]
+    Point = Triple[_Coordinate]
+    OptionalPoint = Point | None
+    Many = tuple[_T, ...]
+    GroundPoints = Many[Pair[_Coordinate]]
+    Points = Many[Point]
+    Places = Many[tuple[_Coordinate, _Coordinate, _Turn]]
+    """On the ground: x, z and a turn in degrees."""
+    FileName = Annotated[str, Strict(), Field(min_length=1), BeforeValidator(_as_text), _NAMES_A_FILE]
+    OptionalFileName = FileName | None
+    FileNames = Many[FileName]
+
+GroundPoint: TypeAlias = Pair[_Coordinate]
+"""Point on the ground: x and z."""
+Size: TypeAlias = Pair[_Extent]
+
+
+def default(value: Any) -> Any:
+    """Return a field's default, typed so that it fits a field of other types in the constructor than in the model."""
+    return value
 
 
 class Model(BaseModel):
@@ -54,9 +106,9 @@ class Model(BaseModel):
 class Area(Model):
     """A part of the ground."""
 
-    from_m: tuple[Number, Number]
+    from_m: Pair[Number]
     """Its north-west corner: x and z."""
-    to_m: tuple[Number, Number]
+    to_m: Pair[Number]
     """Its south-east corner."""
 
     @model_validator(mode="after")
@@ -77,7 +129,7 @@ def linear(colour: str) -> tuple[float, float, float]:
 
 
 def names_a_file(field: FieldInfo) -> bool:
-    """Whether the field holds the name of a file, which is relative to the scene's folder."""
+    """Return whether the field holds the name of a file, which is relative to the scene's folder."""
     return _NAMES_A_FILE in field.metadata or any(
         _NAMES_A_FILE in get_args(part) for part in get_args(field.annotation)
     )

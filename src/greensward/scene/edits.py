@@ -1,4 +1,4 @@
-"""Changes of a text, collected by place and made at once; comments stay with what they stand above."""
+"""Edits of a text, collected by position and applied at once; comments stay with the lines below them."""
 
 import re
 
@@ -9,7 +9,7 @@ _GAP = re.compile(r"  +(?=#)")
 
 
 class Edits:
-    """Of one text; places are those of the text as it was."""
+    """Edits of one text; places are those of the text as it was."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -18,38 +18,38 @@ class Edits:
 
     @property
     def end(self) -> int:
-        """Of the text."""
+        """End of the text."""
         return len(self._text)
 
     def there(self, place: Place) -> str:
-        """What the text has at a place."""
+        """Return the text at a place."""
         return self._text[slice(*place)]
 
     def replace(self, place: Place, text: str) -> None:
-        """Write something else there; what lies in a larger place that is replaced goes with it."""
+        """Replace the text at a place; a larger replacement wins over those inside it."""
         self._replaced.append((place, text))
 
     def change(self, place: Place, text: str) -> None:
-        """Write another value there; a comment behind it that keeps its distance keeps its column too."""
+        """Replace a value; a comment behind it, set off by two spaces or more, stays in its column."""
         start, end = place
         if gap := _GAP.match(self._text, end):
             end, text = gap.end(), text.ljust(gap.end() - start - 1) + " "
         self.replace((start, end), text)
 
     def add(self, at: int, text: str) -> None:
-        """Write something within a line."""
+        """Insert text within a line."""
         self._added.append((at, _INLINE, text))
 
     def add_line(self, at: int, line: str) -> None:
-        """Write a line where a line starts."""
+        """Insert a line where a line starts."""
         self._added.append((at, _LINE, line))
 
     def add_block(self, at: int, block: str) -> None:
-        """Write lines where a line starts, set off by blank lines, below all single lines that are added there."""
+        """Insert lines where a line starts, set off by blank lines, below all single lines that are added there."""
         self._added.append((at, _BLOCK, block))
 
     def remove(self, node: Node) -> None:
-        """Remove all lines of a key: those that set it, its headers, and the comments that stand upon these."""
+        """Remove all lines of a key: those that set it, its headers, and the comments right above these."""
         for part in node.inside():
             if part.lines:
                 self.replace(part.lines, "")
@@ -61,7 +61,7 @@ class Edits:
                 self.replace((before + 1 if before else 0, end), "")
 
     def above(self, section: Section) -> int:
-        """Where a section starts with the comments that stand upon it; those that open the file do not."""
+        """Start of a section with the comments right above it; those that open the file do not count."""
         start = section.start
         while start > 0:
             before = self._text.rfind("\n", 0, start - 1) + 1
@@ -71,7 +71,7 @@ class Edits:
         return section.start
 
     def below(self, end: int) -> int:
-        """Where lines end with the comments right below them, unless these stand upon a header."""
+        """End of lines with the comments right below them, unless these belong to the next header."""
         after = end
         while after < self.end and self._is_comment(after):
             after = (self._text.find("\n", after) + 1) or self.end
@@ -104,7 +104,7 @@ class Edits:
         return made
 
     def _apart(self) -> list[tuple[Place, str]]:
-        """What is replaced, in order, without what lies in a larger place."""
+        """Replacements in order, without those inside a larger place."""
         apart: list[tuple[Place, str]] = []
         for (start, end), text in sorted(self._replaced, key=lambda change: (change[0][0], -change[0][1])):
             if apart and start < apart[-1][0][1]:

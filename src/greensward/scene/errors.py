@@ -1,10 +1,10 @@
-"""What a user is told when an input is wrong: place, rule, value, cure; one sentence each."""
+"""Errors in a user's input: place, rule, value and fix; one sentence each."""
 
 from collections.abc import Iterable
 
 
 class GreenswardError(Exception):
-    """A problem that a user can act on; the message is one readable sentence."""
+    """Error that a user can act on; the message is one readable sentence."""
 
     exit_code = 1
 
@@ -16,7 +16,7 @@ class InputError(GreenswardError):
 
 
 class SceneError(InputError):
-    """Every problem found in one scene, each a sentence naming place, rule, value and cure."""
+    """Every error found in one scene, each a sentence with place, rule, value and fix."""
 
     def __init__(self, problems: Iterable[str]) -> None:
         self.problems = tuple(problems)

@@ -1,32 +1,32 @@
-"""Plants that are pictures: billboards among the blades, with every technique."""
+"""Plants as billboards among the blades, with every technique."""
 
 from typing import Annotated
 
 from pydantic import Field
 
-from greensward.scene.base import Colour, FileName, Model, Number, span
+from greensward.scene.base import Colour, Model, Number, OptionalFileName, Range, default
 
 MOST_FLOWERS = 8
 
 
 class Flowers(Model):
-    """Whole plants as pictures that turn to the viewer. Flowers on blades are the `head` of a `[[grass]]` table."""
+    """Whole plants as billboards that turn to the viewer. Flowers on blades are the `head` of a `[[grass]]` table."""
 
-    density_per_m2: Number = Field(0.5, gt=0, le=100)
-    """Plants on a square metre where nothing thins them."""
-    height_m: span(0.01, 5.0) = (0.3, 0.5)  # type: ignore[valid-type]
-    """From the ground to the top of the picture."""
+    density_per_m2: Number = Field(default=0.5, gt=0, le=100)
+    """Plants per square metre before maps and slope thin them."""
+    height_m: Range[Annotated[Number, Field(ge=0.01, le=5)]] = default((0.3, 0.5))
+    """Height of the image above the ground."""
     colour: Colour = "#f2efe6"
-    """sRGB of the petals, without a picture."""
+    """sRGB of the petals, without an image."""
     heart_colour: Colour = "#e3b32c"
-    """sRGB of the middle, without a picture."""
+    """sRGB of the middle, without an image."""
     petals: Annotated[int, Field(ge=3, le=40)] = 13
-    """How many there are, without a picture."""
-    picture: FileName | None = None
-    """The plant on a transparent ground, its root in the middle of the lower edge. Without one, one is painted."""
-    patchiness: Number = Field(0.6, ge=0, le=1)
-    """0 strews them evenly; 1 gathers them in drifts."""
-    stiffness: Number = Field(0.5, ge=0, le=1)
-    """Resistance to wind, as that of grass."""
-    reach_m: Number = Field(60.0, gt=0, le=1000)
+    """Number of petals, without an image."""
+    picture: OptionalFileName = default(None)
+    """Image of the plant on transparency, its root in the middle of the lower edge. Without one, one is painted."""
+    patchiness: Number = Field(default=0.6, ge=0, le=1)
+    """0 spreads them evenly; 1 gathers them in drifts."""
+    stiffness: Number = Field(default=0.5, ge=0, le=1)
+    """Resistance to wind: 0 follows it, 1 hardly moves."""
+    reach_m: Number = Field(default=60.0, gt=0, le=1000)
     """None are drawn beyond this distance from the camera; they shrink before it."""

@@ -3,76 +3,76 @@
 import tomllib
 from functools import cache
 from importlib.resources import files
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from greensward.scene.base import Colour, FileName, Model, Number, Text, span
+from greensward.scene.base import Colour, Model, Number, OptionalFileName, Range, Text, default
+
+MOST_SPECIES = 16
 
 Shape = Literal["quad", "triangle", "quadratic", "quadratic-3d", "minimum-width", "triangle-tip", "dandelion"]
-SHAPES: tuple[str, ...] = (
-    "quad",
-    "triangle",
-    "quadratic",
-    "quadratic-3d",
-    "minimum-width",
-    "triangle-tip",
-    "dandelion",
-)
+SHAPES: tuple[str, ...] = get_args(Shape)
 Head = Literal["none", "panicle", "spike", "daisy", "cup", "globe"]
-HEADS: tuple[str, ...] = ("none", "panicle", "spike", "daisy", "cup", "globe")
+HEADS: tuple[str, ...] = get_args(Head)
+
+_Part = Annotated[Number, Field(ge=0, le=1)]
+Length = Annotated[Number, Field(ge=0.001, le=20)]
+Width = Annotated[Number, Field(ge=0.0001, le=2)]
+_HeadSize = Annotated[Number, Field(ge=0.001, le=2)]
+_Tilt = Annotated[Number, Field(ge=0, le=85)]
 
 
 @cache
 def species_table() -> dict[str, dict[str, Any]]:
-    """Named species and the keys that each sets, as in `scene/species.toml`."""
+    """Named species and the keys that each sets, from `scene/species.toml`."""
     return tomllib.loads((files("greensward.scene") / "species.toml").read_text(encoding="utf-8"))
 
 
 class Grass(Model):
-    """One species: how tall, how wide, which shape and colour, and how much of the field it takes."""
+    """A species: size, shape, colours and share of the field."""
 
     species: Text = "meadow-grass"
     """Named starting point; the keys below override it."""
-    share: Number = Field(1.0, ge=0, le=1e6)
-    """Part of the blades, relative to the other species."""
-    patchiness: Number = Field(0.4, ge=0, le=1)
+    share: Number = Field(default=1.0, ge=0, le=1e6)
+    """Share of the blades, relative to the other species."""
+    patchiness: Number = Field(default=0.4, ge=0, le=1)
     """0 mixes the species evenly; 1 gathers it in drifts."""
-    height_m: span(0.001, 20.0) = (0.25, 0.6)  # type: ignore[valid-type]
+    height_m: Range[Length] = default((0.25, 0.6))
     """Length of a blade from root to tip, measured along it."""
-    width_m: span(0.0001, 2.0) = (0.003, 0.006)  # type: ignore[valid-type]
-    """Width at the widest."""
-    stiffness: span(0.0, 1.0) = (0.4, 0.8)  # type: ignore[valid-type]
+    width_m: Range[Width] = default((0.003, 0.006))
+    """Greatest width."""
+    stiffness: Range[_Part] = default((0.4, 0.8))
     """Resistance to wind: 0 follows it, 1 hardly moves."""
-    tilt_deg: span(0.0, 85.0) = (8.0, 40.0)  # type: ignore[valid-type]
+    tilt_deg: Range[_Tilt] = default((8.0, 40.0))
     """Lean of the line from root to tip."""
-    bend: span(0.0, 1.0) = (0.1, 0.5)  # type: ignore[valid-type]
-    """How far the blade arches out of that line."""
+    bend: Range[_Part] = default((0.1, 0.5))
+    """Arch of the blade out of that line; 0 is straight."""
     shape: Shape = "quadratic"
     """Outline of the blade."""
-    alpha_texture: FileName | None = None
-    """Picture of the outline, root at the bottom, for techniques that draw blades as textured quads: its alpha, or
+    alpha_texture: OptionalFileName = default(None)
+    """Image of the outline, root at the bottom, for techniques that draw blades as textured quads: its alpha, or
     where that is opaque all over, its brightness. Without one, the outline of `shape`."""
-    diffuse_texture: FileName | None = None
-    """Picture of a blade's colours for the same techniques, root at the bottom. Without one, the colours below."""
+    diffuse_texture: OptionalFileName = default(None)
+    """Image of a blade's colours for the same techniques, root at the bottom. Without one, the colours below."""
     root_colour: Colour = "#3d4f1e"
     """sRGB at the root."""
     tip_colour: Colour = "#7f9a3c"
     """sRGB at the tip."""
     dry_colour: Colour = "#b39a58"
     """sRGB of a dry blade."""
-    dryness: span(0.0, 1.0) = (0.0, 0.35)  # type: ignore[valid-type]
-    """How dry blades are; it drifts over the field."""
-    transmittance: Number = Field(0.55, ge=0, le=1)
+    dryness: Range[_Part] = default((0.0, 0.35))
+    """Dryness of the blades, from root and tip colour (0) to dry colour (1); it drifts over the field."""
+    transmittance: Number = Field(default=0.55, ge=0, le=1)
     """Light that passes through the blade, relative to what it reflects."""
-    roughness: Number = Field(0.45, ge=0.05, le=1)
+    roughness: Number = Field(default=0.45, ge=0.05, le=1)
     """Gloss: low is shiny."""
     head: Head = "none"
     """Flower or seed head at the tip."""
-    head_share: Number = Field(1.0, ge=0, le=1)
-    """Part of the blades that carry a head."""
-    head_size_m: span(0.001, 2.0) = (0.012, 0.018)  # type: ignore[valid-type]
+    head_share: Number = Field(default=1.0, ge=0, le=1)
+    """Fraction of the blades with a head."""
+    head_size_m: Range[_HeadSize] = default((0.012, 0.018))
     """Length of a seed head, width of a flower."""
     head_colour: Colour = "#e9e4d8"
     """sRGB of petals or seeds."""

@@ -1,48 +1,48 @@
-"""Sun, sky, camera and what happens to the picture afterwards."""
+"""Sun, sky, camera and post-processing."""
 
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
-from greensward.scene.base import Flag, Model, Number, Point
+from greensward.scene.base import Flag, Model, Number, Point, default
 
 
 class Sun(Model):
-    """Where the sun stands; its colour follows from the air it shines through."""
+    """Position of the sun; its colour follows from the air that it shines through."""
 
-    azimuth_deg: Number = Field(235.0, ge=-360, le=360)
-    """Clockwise from north (−z): 90 is east, 180 south."""
-    elevation_deg: Number = Field(18.0, ge=-10, le=90)
-    """Above the horizon."""
-    strength: Number = Field(1.0, ge=0, le=100)
+    azimuth_deg: Number = Field(default=235.0, ge=-360, le=360)
+    """Direction of the sun, clockwise from north (−z): 90 is east, 180 south."""
+    elevation_deg: Number = Field(default=18.0, ge=-10, le=90)
+    """Angle above the horizon."""
+    strength: Number = Field(default=1.0, ge=0, le=100)
     """Factor on its light."""
 
 
 class Sky(Model):
-    """The air: how clear it is and what floats in it."""
+    """Atmosphere: haze and clouds."""
 
-    haze: Number = Field(1.0, ge=0, le=50)
+    haze: Number = Field(default=1.0, ge=0, le=50)
     """Dust and moisture: 0 is pure air, 1 a clear day, 10 very hazy."""
-    clouds: Number = Field(0.35, ge=0, le=1)
-    """Part of the sky that clouds cover. They are far off: the sun shines on the grass all the same."""
-    strength: Number = Field(1.0, ge=0, le=100)
+    clouds: Number = Field(default=0.35, ge=0, le=1)
+    """Fraction of the sky that clouds cover. They cast no shadow on the grass."""
+    strength: Number = Field(default=1.0, ge=0, le=100)
     """Factor on the light of the sky."""
 
 
 class Camera(Model):
     """A pinhole camera."""
 
-    position_m: Point = (0.0, 1.7, 8.0)
-    """Where it is."""
-    target_m: Point = (0.0, 1.0, -20.0)
-    """What it looks at."""
+    position_m: Point = default((0.0, 1.7, 8.0))
+    """Position."""
+    target_m: Point = default((0.0, 1.0, -20.0))
+    """Point that it looks at."""
     height_above_ground: Flag = True
-    """Whether the y of position and target is counted from the ground below each."""
-    fov_y_deg: Number = Field(50.0, gt=0.1, lt=170)
+    """True if the y of position and target is above the ground below each."""
+    fov_y_deg: Number = Field(default=50.0, gt=0.1, lt=170)
     """Vertical field of view."""
-    near_m: Number = Field(0.1, gt=0, le=1000)
+    near_m: Number = Field(default=0.1, gt=0, le=1000)
     """Nothing nearer is drawn."""
-    far_m: Number = Field(5000.0, gt=0, le=1_000_000)
+    far_m: Number = Field(default=5000.0, gt=0, le=1_000_000)
     """Nothing farther is drawn but the sky."""
 
     @model_validator(mode="after")
@@ -55,21 +55,21 @@ class Camera(Model):
 
 
 class Post(Model):
-    """From light to picture."""
+    """Post-processing: from light to picture."""
 
-    exposure_ev: Number = Field(0.0, ge=-20, le=20)
-    """Stops brighter or darker than the scene's own light suggests."""
+    exposure_ev: Number = Field(default=0.0, ge=-20, le=20)
+    """Stops above or below automatic exposure for the scene's light."""
     tone_map: Literal["filmic", "linear"] = "filmic"
-    """How bright light is fitted into the picture."""
-    saturation: Number = Field(1.0, ge=0, le=2)
-    """1 leaves colours as they are, 0 is grey."""
-    vignette: Number = Field(0.15, ge=0, le=1)
+    """Tone mapping: how bright light is fitted into the picture."""
+    saturation: Number = Field(default=1.0, ge=0, le=2)
+    """Saturation of colours: 1 leaves them as they are, 0 is grey."""
+    vignette: Number = Field(default=0.15, ge=0, le=1)
     """Darkening towards the corners."""
     blur: Literal["off", "average", "gaussian"] = "off"
-    """Blurs what is far, over seven by seven pixels (Jahrmann & Wimmer 2013); what is much nearer does not spread."""
-    blur_near_m: Number = Field(2.0, gt=0, le=1000)
+    """Blur of distant pixels, seven by seven wide (Jahrmann & Wimmer 2013); much nearer ones do not spread."""
+    blur_near_m: Number = Field(default=2.0, gt=0, le=1000)
     """Nothing nearer is blurred; at seven times this distance the blur is nearly full."""
-    darkening: Number = Field(0.0, ge=0, le=1)
-    """How much darker grass, flowers and ground are at `darkening_m`; less nearer, in proportion to the distance."""
-    darkening_m: Number = Field(300.0, gt=0, le=100_000)
-    """Distance at which they are darkest."""
+    darkening: Number = Field(default=0.0, ge=0, le=1)
+    """Darkening of grass, flowers and ground at `darkening_m`; proportional to the distance up to there."""
+    darkening_m: Number = Field(default=300.0, gt=0, le=100_000)
+    """Distance of the full darkening."""

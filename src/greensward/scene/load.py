@@ -1,4 +1,4 @@
-"""Scenes from TOML and back. A scene that cannot be drawn is refused with every problem at once."""
+"""Scenes from TOML and back. An invalid scene is refused with every error at once."""
 
 import re
 import tomllib
@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from greensward.scene.base import kind_of, models_in, names_a_file
 from greensward.scene.errors import InputError, SceneError
-from greensward.scene.plain import plain, usual
+from greensward.scene.plain import defaults_of, plain
 from greensward.scene.problems import Loc, Models, did_you_mean, one_of, place_of, sentences, short
 from greensward.scene.save import saved_text
 from greensward.scene.scene import Scene
@@ -35,7 +35,7 @@ def load(
     technique_settings: Settings | None = None,
     read_file: ReadFile | None = None,
 ) -> Scene:
-    """The scene of a preset's name, a TOML file, or a folder that holds `scene.toml`.
+    """Load the scene of a preset's name, a TOML file, or a folder that holds `scene.toml`.
 
     A preset's name wins over a file of that name: write `./meadow` for the file. `overrides` are
     `key=value` strings as of `--set` (`wind.0.speed_mps=12`), or a mapping of such keys, whose values that
@@ -49,13 +49,13 @@ def load(
     table, folder, label = _read(source)
     changes = _Changes(table, label)
     if seed is not None:
-        changes.put(("seed",), seed, "--seed")
+        changes.set(("seed",), seed, "--seed")
     if technique is not None:
         changes.choose_technique(technique)
     if camera is not None:
         changes.look_from(camera)
     for key, value in _pairs(overrides, changes):
-        changes.put(key, value, "--set")
+        changes.set(key, value, "--set")
     found = changes.problems + _file_problems(table, folder, changes.origin, read_file)
     scene: Scene | None = None
     try:
@@ -98,11 +98,6 @@ def named_files(scene: Scene) -> list[tuple[str, Path]]:
     return [(place_of(loc), scene.resolve(table[loc[-1]])) for loc, table in found]
 
 
-def missing_files(scene: Scene) -> list[str]:
-    """One sentence for each file that the scene names and that is not there. `load` has asked already."""
-    return _file_problems(scene.model_dump(), scene.resolve("."), lambda _: scene.title or "scene", None)
-
-
 # Reading ----------------------------------------------------------------------------------------------------
 
 
@@ -129,8 +124,8 @@ def _no_such_scene(source: str | Path, path: Path) -> str:
     if path.suffix or {"/", "\\"} & set(str(source)):
         return f"{short(str(source), False)}: no such file or folder"
     names = presets()
-    cure = did_you_mean(str(source), names) or f"; presets are {', '.join(names)}"
-    return f"{short(str(source), False)}: no preset has this name and no file is there{cure}"
+    fix = did_you_mean(str(source), names) or f"; presets are {', '.join(names)}"
+    return f"{short(str(source), False)}: no preset has this name and no file is there{fix}"
 
 
 def read_table(path: Path, label: str, what: str = "a scene") -> dict[str, Any]:
@@ -139,7 +134,7 @@ def read_table(path: Path, label: str, what: str = "a scene") -> dict[str, Any]:
         if not path.is_file():
             raise SceneError([f"{label}: is not a file"])
         if path.stat().st_size > _LARGEST:
-            raise SceneError([f"{label}: is larger than {what} can be ({_LARGEST >> 20} MiB); is it a picture?"])
+            raise SceneError([f"{label}: is larger than {what} can be ({_LARGEST >> 20} MiB); is it an image?"])
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as error:
         raise SceneError([f"{label}: cannot be read: {error.strerror or error}"]) from None
@@ -158,7 +153,7 @@ def read_table(path: Path, label: str, what: str = "a scene") -> dict[str, Any]:
 
 
 class _Changes:
-    """What the caller changes in a scene's table, and who is to blame for each key."""
+    """Changes to a scene's table by the caller, and the origin of each key."""
 
     def __init__(self, table: dict[str, Any], label: str) -> None:
         self.table = table
@@ -166,13 +161,13 @@ class _Changes:
         self._origins: list[tuple[Loc, str]] = [((), label)]
 
     def origin(self, loc: Loc) -> str:
-        """Where the value at `loc` was written: the scene file or an option."""
+        """Origin of the value at `loc`: the scene file or an option."""
         return next(
             name for at, name in reversed(self._origins) if not at or at[: len(loc)] == loc or loc[: len(at)] == at
         )
 
-    def put(self, loc: Loc, value: Any, origin: str) -> None:
-        """Set the value at `loc`; what lies on the way and is not in the file starts as its default."""
+    def set(self, loc: Loc, value: Any, origin: str) -> None:
+        """Set the value at `loc`; tables on its path that the file lacks start as their defaults."""
         node: Any = self.table
         models: Models = (Scene,)
         for depth in range(len(loc)):
@@ -189,7 +184,7 @@ class _Changes:
                 break
             if isinstance(node, dict):
                 model = _chosen(models, node)
-                node.setdefault(key, plain(usual(model, node).get(str(key), {}) if model else {}))
+                node.setdefault(key, plain(defaults_of(model, node).get(str(key), {}) if model else {}))
                 field = model.model_fields.get(str(key)) if model else None
                 models = models_in(field.annotation) if field else ()
             node = node[key]
@@ -202,15 +197,15 @@ class _Changes:
         written = self.table.get("technique")
         if not isinstance(written, dict) or written.get("name", _technique_name()) != name:
             self.table["technique"] = {}
-        self.put(("technique", "name"), name, "--technique")
+        self.set(("technique", "name"), name, "--technique")
 
     def look_from(self, camera: str) -> None:
         """Use the camera given as numbers or as a TOML file."""
         if view := _VIEW.fullmatch(camera.strip()):
-            self.put(("camera", "position_m"), [_value(part) for part in view[1].split(",")], "--camera")
-            self.put(("camera", "target_m"), [_value(part) for part in view[2].split(",")], "--camera")
+            self.set(("camera", "position_m"), [_value(part) for part in view[1].split(",")], "--camera")
+            self.set(("camera", "target_m"), [_value(part) for part in view[2].split(",")], "--camera")
             if view[3]:
-                self.put(("camera", "fov_y_deg"), _value(view[3]), "--camera")
+                self.set(("camera", "fov_y_deg"), _value(view[3]), "--camera")
             return
         try:
             there = Path(camera).exists()
@@ -228,7 +223,7 @@ class _Changes:
             self.problems += error.problems
             return
         if "camera" in table:
-            self.put(("camera",), table["camera"], camera)
+            self.set(("camera",), table["camera"], camera)
         else:
             self.problems.append(f"{camera}: has no [camera] table")
 
@@ -315,7 +310,7 @@ def _file_problems(
 
 
 def _technique_problems(choice: Any, settings: Settings | None, changes: _Changes) -> list[str]:
-    """What is wrong with the technique's name or settings; a table of another type is reported elsewhere."""
+    """Errors in the technique's name or settings; a table of another type is reported elsewhere."""
     if settings is None or not isinstance(choice, dict):
         return []
     name = choice.get("name", _technique_name())

@@ -1,11 +1,24 @@
-"""Objects among the grass: they hide it, press it down, move, and may bear grass themselves."""
+"""Objects among the grass: they hide it, press it down, move, and may carry grass themselves."""
 
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from greensward.scene.base import Colour, FileName, Flag, Model, Number, Point, Text
+from greensward.scene.base import (
+    Colour,
+    FileName,
+    Flag,
+    Many,
+    Model,
+    Number,
+    OptionalFileName,
+    Point,
+    Points,
+    Text,
+    Triple,
+    default,
+)
 
 _Extent = Annotated[Number, Field(gt=0, le=10_000)]
 _Angle = Annotated[Number, Field(ge=-360_000, le=360_000)]
@@ -13,20 +26,20 @@ _Time = Annotated[Number, Field(ge=0, le=1e6)]
 
 
 class Path(Model):
-    """Where an object is when: keys of time, place and turn."""
+    """Path of an object: keys of time, position and turn."""
 
-    times_s: Annotated[tuple[_Time, ...], Field(min_length=2, max_length=10_000)]
+    times_s: Annotated[Many[_Time], Field(min_length=2, max_length=10_000)]
     """Times of the keys, rising."""
-    positions_m: tuple[Point, ...]
+    positions_m: Points
     """Centre of the object's base at each time; y is above the ground."""
-    yaws_deg: tuple[_Angle, ...] = ()
-    """Turn about the vertical at each time, added to the object's own; none need be given."""
+    yaws_deg: Many[_Angle] = default(())
+    """Turn about the vertical at each time, added to the object's own; may be left out."""
     smooth: Flag = True
-    """Whether it goes through the keys in curves, or straight from each to the next."""
+    """True for a smooth curve through the keys, false for straight lines between them."""
     after: Literal["stop", "repeat", "return"] = "stop"
-    """After the last key: stay there, start again, or go back the same way."""
+    """Behaviour past the last key: stay there, start again, or return along the path."""
     rolls: Flag = False
-    """Whether it rolls along the ground as a ball of its own height would."""
+    """True if it rolls along the ground as a ball of its own height would."""
 
     @model_validator(mode="after")
     def _keys_fit(self) -> Self:
@@ -41,39 +54,39 @@ class Path(Model):
 
 
 class Fur(Model):
-    """Grass on an object's own surface, along its normals: up walls, under ceilings, and while it moves."""
+    """Grass on the surface of an object, along its normals, moving with it."""
 
-    density_per_m2: Number = Field(600.0, ge=0, le=1_000_000)
+    density_per_m2: Number = Field(default=600.0, ge=0, le=1_000_000)
     """Blades on a square metre of surface."""
     density_from: Literal["everywhere", "colours"] = "everywhere"
     """`colours` takes the red of the mesh's vertex colours as its density."""
-    density_map: FileName | None = None
-    """Picture laid out by the mesh's texture coordinates; its red is density."""
+    density_map: OptionalFileName = default(None)
+    """Image laid out by the mesh's texture coordinates; its red is density."""
 
 
 class _Object(Model):
-    """What every object has."""
+    """Base of all objects."""
 
     name: Text = ""
-    """A name for people and for programs that move it."""
+    """A name for people, and for scripts that move it."""
     position_m: Point
     """Centre of its base; y is above the ground."""
-    yaw_deg: Number = Field(0.0, ge=-360, le=360)
+    yaw_deg: Number = Field(default=0.0, ge=-360, le=360)
     """Turn about the vertical."""
-    lean_deg: Number = Field(0.0, ge=-180, le=180)
+    lean_deg: Number = Field(default=0.0, ge=-180, le=180)
     """Lean from the vertical, towards its own x."""
     colour: Colour = "#8a8378"
     """sRGB of its surface."""
-    roughness: Number = Field(0.9, ge=0.05, le=1)
+    roughness: Number = Field(default=0.9, ge=0.05, le=1)
     """Gloss: low is shiny."""
     drawn: Flag = True
-    """Whether it is seen."""
+    """True if it is visible."""
     collides: Flag = True
-    """Whether it presses simulated grass down."""
+    """True if it presses simulated grass down."""
     path: Path | None = None
-    """How it moves. Without one it stays."""
+    """Path that it moves along. Without one it stays."""
     grass: Fur | None = None
-    """Grass on its surface. Without it, it has none."""
+    """Grass on its surface."""
 
     @model_validator(mode="after")
     def _has_colours(self) -> Self:
@@ -83,36 +96,36 @@ class _Object(Model):
 
 
 class _Solid(_Object):
-    size_m: tuple[_Extent, _Extent, _Extent] = (1.0, 1.0, 1.0)
+    size_m: Triple[_Extent] = default((1.0, 1.0, 1.0))
     """Extent along its own x, y and z."""
 
 
 class Box(_Solid):
     """A box."""
 
-    kind: Literal["box"]
+    kind: Literal["box"] = "box"
 
 
 class Sphere(_Solid):
     """A sphere, or an ellipsoid where its extents differ."""
 
-    kind: Literal["sphere"]
+    kind: Literal["sphere"] = "sphere"
 
 
 class Cylinder(_Solid):
     """An upright cylinder."""
 
-    kind: Literal["cylinder"]
+    kind: Literal["cylinder"] = "cylinder"
 
 
 class Capsule(_Object):
     """An upright cylinder with round ends."""
 
-    kind: Literal["capsule"]
+    kind: Literal["capsule"] = "capsule"
     radius_m: _Extent = 0.25
     """Radius of the cylinder and of its ends."""
     length_m: _Extent = 1.0
-    """From end to end; at least twice the radius."""
+    """Length from end to end; at least twice the radius."""
 
     @model_validator(mode="after")
     def _is_long_enough(self) -> Self:
@@ -126,10 +139,10 @@ class Capsule(_Object):
 class Mesh(_Object):
     """A triangle mesh from a file. Needs the extra `mesh`: `pip install greensward[mesh]`."""
 
-    kind: Literal["mesh"]
+    kind: Literal["mesh"] = "mesh"
     file: FileName
     """glTF (`.glb`, `.gltf`), `.obj`, `.ply` or `.stl`; y is up. Its base is the lowest point."""
-    scale: Number = Field(1.0, gt=0, le=1_000_000)
+    scale: Number = Field(default=1.0, gt=0, le=1_000_000)
     """Metres for one unit of the file."""
 
     @model_validator(mode="after")

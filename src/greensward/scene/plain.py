@@ -1,4 +1,4 @@
-"""A scene as the tables and values that TOML holds, without what goes without saying."""
+"""A scene as the tables and values of TOML, without those that equal their defaults."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,18 +15,18 @@ def held(table: BaseModel | Mapping[str, Any]) -> dict[str, Any]:
     return {**dict(table), **(table.model_extra or {})} if isinstance(table, BaseModel) else dict(table)
 
 
-def usual(model: type[BaseModel], given: Mapping[str, Any]) -> dict[str, Any]:
-    """What the keys of a table are when they are left out; for grass that depends on its species."""
+def defaults_of(model: type[BaseModel], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Defaults of a table's keys; those of grass depend on its species."""
     if model is Grass and isinstance(species := given.get("species", ""), str) and species in species_table():
         return {**dict(Grass(species=species)), "species": Grass.model_fields["species"].default}
     return {name: field.default for name, field in model.model_fields.items() if not field.is_required()}
 
 
 def plain(value: Any) -> Any:
-    """A model or a value as TOML holds it: every kind, species and name, and each key that is not as usual."""
+    """A model or a value as TOML holds it: every kind, species and name, and each key that is not its default."""
     if isinstance(value, BaseModel):
         keys = held(value)
-        known = usual(type(value), keys)
+        known = defaults_of(type(value), keys)
         said = {
             key: plain(item)
             for key, item in keys.items()

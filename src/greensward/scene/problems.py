@@ -1,4 +1,4 @@
-"""What is wrong with a scene, in words: a sentence for each problem, with place, rule, value and cure."""
+"""Validation errors of a scene in words: a sentence each, with place, rule, value and fix."""
 
 import json
 import re
@@ -19,7 +19,7 @@ def sentences(
 ) -> list[str]:
     """One sentence for each problem of a table of this model, which lies at `under` in the scene.
 
-    `origin` tells where the value of a key was written: the scene file or an option.
+    `origin` returns where the value of a key was written: the scene file or an option.
     """
     found: dict[Loc, str] = {}
     for problem in error.errors(include_url=False):

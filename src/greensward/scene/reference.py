@@ -1,4 +1,4 @@
-"""The reference page of scene files, generated from the models: nothing on it is written twice."""
+"""The reference page of scene files, generated from the models."""
 
 import json
 import re
@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
-from pydantic_core import PydanticUndefined
+from pydantic.fields import FieldInfo
 
 from greensward.scene.base import kind_of, models_in, names_a_file
 from greensward.scene.grass import Grass, species_table
-from greensward.scene.scene import Scene
+from greensward.scene.scene import DEFAULT_KINDS, Scene
 
 _UNITS = {
     "per_m2": "per m²",
@@ -35,7 +35,7 @@ def reference(technique_settings: Mapping[str, type[BaseModel]]) -> str:
         "A scene is a TOML file. Every key may be left out unless it is *required*. Distances, angles and "
         "rates carry their unit in the key; names of files are relative to the scene file; x points east, "
         "y up and z south. A pair of numbers that blades vary over is `[low, high]`; a colour is sRGB, such "
-        'as `"#7d9a45"`. `greensward check SCENE` tells everything that is wrong with a scene, and '
+        'as `"#7d9a45"`. `greensward check SCENE` reports every error in a scene, and '
         "`--set key=value` changes one key: `--set wind.0.speed_mps=12`.",
         "## The scene itself",
         _table(Scene),
@@ -82,7 +82,7 @@ def _help(model: type[BaseModel]) -> str:
 
 
 def _species() -> list[str]:
-    """What each named species sets; the rest are the defaults above."""
+    """Values that each named species sets; the rest are the defaults above."""
     common = ("height_m", "width_m", "shape", "root_colour", "tip_colour", "head")
     rows = []
     for name in species_table():
@@ -107,13 +107,19 @@ def _table(model: type[BaseModel]) -> str:
             else "colour"
             if "colour" in name
             else _type(field.annotation),
-            "*required*" if field.default is PydanticUndefined else _shown(field.default),
+            "*required*" if _is_required(name, field) else _shown(field.default),
             _range(schemas[name]),
             unit_of(name),
             " ".join((field.description or "").split()) or ("What it is." if name == "kind" else ""),
         ]
         rows.append("| " + " | ".join(cells) + " |")
     return "\n".join(rows)
+
+
+def _is_required(name: str, field: FieldInfo) -> bool:
+    if name == "kind" and get_origin(field.annotation) is Literal:
+        return field.default not in DEFAULT_KINDS.values()
+    return field.is_required()
 
 
 def _type(annotation: Any) -> str:

@@ -1,4 +1,4 @@
-"""A scene back into its file: what differs changes, and the rest of the text stays as someone wrote it."""
+"""Saving a scene into its file: values that differ change, and the rest of the text is preserved."""
 
 import re
 import tomllib
@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from greensward.scene.base import kind_of
 from greensward.scene.edits import Edits
 from greensward.scene.errors import SceneError
-from greensward.scene.plain import held, plain, usual
+from greensward.scene.plain import defaults_of, held, plain
 from greensward.scene.problems import sentences
 from greensward.scene.scene import Scene
 from greensward.scene.toml_text import Node, Place, Section, is_tables, parsed, spelled, spelled_key, under_headers
@@ -20,11 +20,11 @@ _Row: TypeAlias = tuple[int | None, int | None]
 
 
 def saved_text(original: str | None, scene: Scene) -> str:
-    """TOML that loads to an equal scene: every kind and species, and each key that is not as usual.
+    """TOML that loads to an equal scene: every kind and species, and each key that differs from its default.
 
     With `original`, the text of a scene's file, it is that text with its comments, blank lines, order and spelling of
     numbers: values that differ change, and keys and tables come and go. A key that is there stays, even where its
-    value is as usual now. Files that the scene names stay relative to its own folder.
+    value is the default now. Files that the scene names stay relative to its own folder.
     Raises `SceneError` where `original` is not the text of a scene.
     """
     if original is None:
@@ -57,7 +57,7 @@ def _is_table(value: Any) -> bool:
 
 
 def _fit(node: Node, old: Any, new: Any, edits: Edits) -> None:
-    """Let a table's lines say what `new` holds, where they say what `old` holds."""
+    """Change a table's lines from what `old` holds to what `new` holds."""
     had, wanted, keys = held(old), held(new), node.keys or {}
     known = _known(old, new, keys)
     first = node.sections()[:1]
@@ -80,10 +80,10 @@ def _fit(node: Node, old: Any, new: Any, edits: Edits) -> None:
 
 
 def _known(old: Any, new: Any, written: Mapping[str, Node]) -> dict[str, Any]:
-    """What goes without saying of a table."""
+    """Defaults of a table, which need not be written."""
     if not isinstance(new, BaseModel):
         return {}
-    known = usual(type(new), held(new))
+    known = defaults_of(type(new), held(new))
     known.pop("kind", None)  # a model's own is not what a table without one means
     if type(old) is type(new) and kind_of(type(new)) and "kind" not in written:
         known["kind"] = kind_of(type(new))  # where it is left out, it is the first
@@ -91,7 +91,7 @@ def _known(old: Any, new: Any, written: Mapping[str, Node]) -> dict[str, Any]:
 
 
 def _keeps_its_keys(node: Node, old: Any, new: Any) -> bool:
-    """Whether keys of a table would neither come nor go."""
+    """Return whether a table would gain and lose no keys."""
     keys = node.keys or {}
     known = _known(old, new, keys)
     wanted = {key: value for key, value in held(new).items() if value is not None}
@@ -122,7 +122,7 @@ def _sections(node: Node, name: str) -> list[Section]:
 
 
 def _change(node: Node, old: Any, new: Any, edits: Edits) -> bool:
-    """Let what is written say `new` where it says `old`; whether that is possible in its place."""
+    """Replace `old` by `new` where it is written; return whether that is possible in its place."""
     if _is_table(old) and _is_table(new) and node.keys is not None:
         if not node.span or _keeps_its_keys(node, old, new):
             _fit(node, old, new, edits)
@@ -138,7 +138,7 @@ def _change(node: Node, old: Any, new: Any, edits: Edits) -> bool:
 
 
 def _spelled_alike(value: Any, before: str) -> str:
-    """A number stays without a point where it can."""
+    """Spell a value like the one before: a number without a decimal point stays so where it can."""
     if isinstance(value, float) and value.is_integer() and re.fullmatch(r"[-+]?\d+", before):
         return str(int(value))
     return spelled(plain(value))
@@ -148,7 +148,7 @@ def _spelled_alike(value: Any, before: str) -> str:
 
 
 def _change_items(node: Node, items: list[Node], old: Sequence[Any], new: Sequence[Any], edits: Edits) -> bool:
-    """The same for an array that is not empty, item by item."""
+    """Replace the items of an array that is not empty, one by one; return whether that is possible."""
     if not new or (not node.span and not all(map(_is_table, new))):
         return False
     rows = _aligned(old, new)
@@ -191,7 +191,7 @@ def _insert(items: list[Node], last: Node | None, value: Any, edits: Edits) -> N
 
 
 def _aligned(old: Sequence[Any], new: Sequence[Any]) -> list[_Row]:
-    """Pairs of items of two lists that are the most alike, in order; the longer one has some left over."""
+    """Alignment of two lists: pairs of the most similar items, in order; items left over pair with None."""
     head = 0
     while head < min(len(old), len(new)) and old[head] == new[head]:
         head += 1
@@ -230,7 +230,7 @@ def _most_alike(old: Sequence[Any], new: Sequence[Any]) -> list[_Row]:
 
 
 def _likeness(one: Any, other: Any) -> float:
-    """Above 0, so that pairs are made wherever they can be."""
+    """Similarity of two items; above 0, so that pairs are made wherever possible."""
     if one == other:
         return 2.0
     if type(one) is not type(other) or not _is_table(one):

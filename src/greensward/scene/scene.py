@@ -1,63 +1,66 @@
-"""The scene: everything that is drawn, frozen and typed, with no GPU in sight."""
+"""The scene: everything that is drawn, frozen and typed, without GPU code."""
 
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, model_validator
 
-from greensward.scene.base import Count, Model, Text
+from greensward.scene.base import Count, Many, Model, Text, default
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.flowers import MOST_FLOWERS, Flowers
-from greensward.scene.force import Force
-from greensward.scene.grass import Grass
+from greensward.scene.force import MOST_FORCES, Force
+from greensward.scene.grass import MOST_SPECIES, Grass
 from greensward.scene.ground import FlatGround, Ground
 from greensward.scene.light import Camera, Post, Sky, Sun
 from greensward.scene.objects import Object
 from greensward.scene.water import Water
-from greensward.scene.wind import Gusts, Simulation, Wind
+from greensward.scene.wind import MOST_WINDS, Gusts, Simulation, Wind
+
+DEFAULT_KINDS = {"ground": "flat", "wind": "gusts"}
+"""Kinds of tables without the key `kind`."""
 
 
 class Scene(Model):
-    """What is drawn. Load one with `greensward.load`, or build it from these parts."""
+    """A scene. Load one with `greensward.load`, or build it from these parts."""
 
     title: Text = ""
     """A name for people."""
-    seed: Count = Field(1, ge=0, le=2**32 - 1)
-    """All randomness follows from it."""
+    seed: Count = Field(default=1, ge=0, le=2**32 - 1)
+    """Seed of all randomness."""
     ground: Ground = FlatGround()
-    """What the grass stands on."""
-    grass: tuple[Grass, ...] = Field((Grass(),), max_length=16)
+    """Ground that the grass stands on."""
+    grass: Annotated[Many[Grass], Field(max_length=MOST_SPECIES)] = default((Grass(),))
     """Species, mixed by share."""
-    flowers: Annotated[tuple[Flowers, ...], Field(max_length=MOST_FLOWERS)] = ()
-    """Plants that are pictures."""
+    flowers: Annotated[Many[Flowers], Field(max_length=MOST_FLOWERS)] = default(())
+    """Plants as billboards."""
     sowing: Sowing = Sowing()
-    """Where blades grow."""
-    wind: tuple[Wind, ...] = Field((Gusts(),), max_length=8)
+    """Sowing of the blades."""
+    wind: Annotated[Many[Wind], Field(max_length=MOST_WINDS)] = default((Gusts(),))
     """Winds; they add up."""
-    force: Annotated[tuple[Force, ...], Field(max_length=8)] = ()
-    """What presses the grass of the ground down or pushes it aside; they add up. Grass on objects feels none."""
+    force: Annotated[Many[Force], Field(max_length=MOST_FORCES)] = default(())
+    """Forces that press the grass of the ground down or push it aside; they add up. Grass on objects feels none."""
     simulation: Simulation | None = None
-    """How blades remember. Without it, none does."""
+    """Dynamics of the blades. Without it, their motion is analytic."""
     growth: Growth | None = None
-    """How the grass grows. Without it, it is full-grown."""
-    object: Annotated[tuple[Object, ...], Field(max_length=1000)] = ()
+    """Growth over time. Without it, the grass is full-grown."""
+    object: Annotated[Many[Object], Field(max_length=1000)] = default(())
     """Objects in the grass."""
     water: Water | None = None
-    """A lake. Without it, there is none."""
+    """A lake."""
     sun: Sun = Sun()
-    """Where the sun stands."""
+    """The sun."""
     sky: Sky = Sky()
-    """The air."""
+    """The atmosphere."""
     shadows: Shadows = Shadows()
     """Shadow maps."""
     camera: Camera = Camera()
-    """Where it is seen from."""
+    """The camera."""
     culling: Culling = Culling()
-    """Which blades are left out."""
+    """Culling of blades that do not show."""
     technique: TechniqueChoice = TechniqueChoice()
-    """How the grass is drawn."""
+    """Technique that draws the grass."""
     post: Post = Post()
-    """From light to picture."""
+    """Post-processing."""
 
     _folder: Path = PrivateAttr(default=Path())
 
@@ -68,17 +71,17 @@ class Scene(Model):
             return values
         values = dict(values)
         if isinstance(ground := values.get("ground"), dict):
-            values["ground"] = {"kind": "flat", **ground}
+            values["ground"] = {"kind": DEFAULT_KINDS["ground"], **ground}
         if isinstance(winds := values.get("wind"), list | tuple):
-            values["wind"] = [{"kind": "gusts", **wind} if isinstance(wind, dict) else wind for wind in winds]
+            values["wind"] = [{"kind": DEFAULT_KINDS["wind"], **w} if isinstance(w, dict) else w for w in winds]
         return values
 
-    def resolve(self, file: str) -> Path:
+    def resolve(self, file: str | Path) -> Path:
         """The path of a file that the scene names, relative to the scene file's folder."""
         return self._folder / Path(file).expanduser()
 
-    def in_folder(self, folder: Path) -> "Scene":
+    def in_folder(self, folder: str | Path) -> "Scene":
         """The same scene with its files looked for in `folder`."""
         copy = self.model_copy()
-        copy._folder = folder
+        copy._folder = Path(folder)
         return copy

@@ -1,4 +1,4 @@
-"""Where things stand in a TOML text, so that a part of it can change while the rest stays as someone wrote it."""
+"""Positions of keys and values in a TOML text, so that a part of it can change while the rest is preserved."""
 
 import re
 import tomllib
@@ -26,11 +26,11 @@ class Section:
 
     start: int
     head: int
-    """Behind the header's line."""
+    """End of the header's line."""
     end: int
-    """Behind the last line that sets a key."""
+    """End of the last line that sets a key."""
     indent: str = ""
-    """Of its keys."""
+    """Indentation of its keys."""
 
 
 @dataclass
@@ -38,19 +38,19 @@ class Node:
     """A table, an array or another value, and where it is written."""
 
     path: tuple[str, ...] = ()
-    """Names from the root to a table; arrays count for nothing in it."""
+    """Names from the root to a table; indices of arrays are left out."""
     span: Place | None = None
-    """Of what stands behind `=` or between commas; tables and arrays made by headers or dotted keys have none."""
+    """Place of the value after `=` or between commas; tables and arrays made by headers or dotted keys have none."""
     lines: Place | None = None
     """The whole lines that set it, if it has lines of its own."""
     keys: dict[str, "Node"] | None = None
-    """Of a table."""
+    """Keys of a table."""
     items: list["Node"] | None = None
-    """Of an array."""
+    """Items of an array."""
     section: Section | None = None
-    """Of a table with a header, and of the root."""
+    """Section of a table with a header, and of the root."""
     home: tuple[Section, str] | None = None
-    """Of a table made by dotted keys: the section that they stand in, and what stands before each key there."""
+    """Section of a table made by dotted keys, and the prefix of each key there."""
 
     def inside(self) -> Iterator["Node"]:
         """This and everything in it."""
@@ -59,12 +59,12 @@ class Node:
             yield from node.inside()
 
     def sections(self) -> list[Section]:
-        """All of a table or an array, in the order of the text."""
+        """Sections of a table or an array, in the order of the text."""
         return sorted((node.section for node in self.inside() if node.section), key=lambda section: section.start)
 
 
 def parsed(text: str) -> Node:
-    """The root of a text that `tomllib` has found to be right."""
+    """The root of a text that `tomllib` has parsed."""
     return _Reader(text).root()
 
 
@@ -87,13 +87,13 @@ class _Reader:
         return self._text[start:end]
 
     def _skip_lines(self) -> bool:
-        """Step over comments and ends of lines; whether anything follows."""
+        """Step over comments and ends of lines; return whether anything follows."""
         while self._at < len(self._tokens) and self._tokens[self._at][0] in ("line", "comment"):
             self._at += 1
         return self._at < len(self._tokens)
 
     def _words(self) -> Place:
-        """Where a key, a text, a number or a time stands."""
+        """Place of a key, a text, a number or a time."""
         first = self._at
         while self._at < len(self._tokens) and self._tokens[self._at][0] in ("bare", "text"):
             self._at += 1
@@ -201,7 +201,7 @@ def spelled(value: Any) -> str:
 
 
 def is_tables(value: Any) -> bool:
-    """Whether it is written as tables under headers, `[[…]]`."""
+    """Return whether it is written as tables under headers, `[[…]]`."""
     return isinstance(value, list) and bool(value) and all(isinstance(item, Mapping) for item in value)
 
 

@@ -4,8 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from greensward.scene.base import FileName, Flag, Model, Number, Point, Size
+from greensward.scene.base import FileNames, Flag, Model, Number, OptionalPoint, Pair, Point, Size, default
 
+MOST_WINDS = 8
 Direction = Annotated[Number, Field(ge=-360, le=360)]
 Speed = Annotated[Number, Field(ge=0, le=200)]
 Length = Annotated[Number, Field(gt=0, le=10_000)]
@@ -13,42 +14,42 @@ Time = Annotated[Number, Field(gt=0, le=1e6)]
 
 
 class Gusts(Model):
-    """Gusts that travel with the wind, in closed form: no state, any instant can be drawn."""
+    """Gusts that travel with the wind. They are analytic: no state, any instant can be drawn."""
 
     kind: Literal["gusts"] = "gusts"
     direction_deg: Direction = 250.0
-    """Where it blows from, clockwise from north (−z), as in a weather report."""
+    """Direction it blows from, clockwise from north (−z), as in a weather report."""
     speed_mps: Speed = 4.5
     """Mean speed."""
-    gustiness: Number = Field(0.6, ge=0, le=1)
-    """How much the gusts raise and lower it."""
+    gustiness: Number = Field(default=0.6, ge=0, le=1)
+    """Variation of the speed by the gusts."""
     gust_m: Length = 9.0
     """Size of a gust."""
-    turbulence: Number = Field(0.3, ge=0, le=1)
+    turbulence: Number = Field(default=0.3, ge=0, le=1)
     """Small eddies and the flutter of each blade."""
 
 
 class Strong(Model):
     """Strong natural wind: one direction over the whole field, its strength a travelling wave (Yan et al. 2024)."""
 
-    kind: Literal["strong"]
+    kind: Literal["strong"] = "strong"
     direction_deg: Direction = 315.0
-    """Where it blows from, clockwise from north (−z)."""
+    """Direction it blows from, clockwise from north (−z)."""
     power_mps: Speed = 8.0
     """Speed at the crest of a wave."""
     speed_mps: Speed = 6.0
-    """How fast the waves travel."""
+    """Speed at which the waves travel."""
     interval_m: Length = 2.0
     """Distance over which the wave's phase grows by one radian."""
-    steadiness: Number = Field(0.0, ge=0, le=1)
+    steadiness: Number = Field(default=0.0, ge=0, le=1)
     """0 swings to and fro with the wave, as published; 1 blows steadily."""
 
 
 class Helicopter(Model):
     """The downwash of a helicopter that circles above the field: rings that run outwards (Yan et al. 2024)."""
 
-    kind: Literal["helicopter"]
-    centre_m: tuple[Number, Number] = (0.0, 0.0)
+    kind: Literal["helicopter"] = "helicopter"
+    centre_m: Pair[Number] = default((0.0, 0.0))
     """Middle of the circle that it flies: x and z."""
     radius_m: Annotated[Number, Field(ge=0, le=10_000)] = 6.0
     """Radius of that circle."""
@@ -61,19 +62,19 @@ class Helicopter(Model):
     power_mps: Speed = 16.0
     """Speed of the air at its strongest, near the ground below the rim of the rotor."""
     speed_mps: Speed = 7.0
-    """How fast the rings run outwards."""
+    """Speed at which the rings run outwards."""
     interval_m: Length = 0.6
     """Distance over which the phase of the rings grows by one radian."""
-    steadiness: Number = Field(0.5, ge=0, le=1)
+    steadiness: Number = Field(default=0.5, ge=0, le=1)
     """0 blows out and in with the rings; from ½ on only outwards; 1 has no rings."""
     drawn: Flag = True
-    """Whether the helicopter itself is seen."""
+    """True if the helicopter itself is visible."""
 
 
 class Random(Model):
     """Random natural wind: every blade has a direction of its own, all swell and turn together (Yan et al. 2024)."""
 
-    kind: Literal["random"]
+    kind: Literal["random"] = "random"
     power_mps: Speed = 3.0
     """Greatest speed."""
     period_s: Time = 6.2832
@@ -83,9 +84,9 @@ class Random(Model):
 class Waves(Model):
     """Waves that cross the field in three directions at once (Jahrmann & Wimmer 2017)."""
 
-    kind: Literal["waves"]
+    kind: Literal["waves"] = "waves"
     direction_deg: Direction = 315.0
-    """Where it blows from, clockwise from north (−z)."""
+    """Direction it blows from, clockwise from north (−z)."""
     speed_mps: Speed = 6.0
     """Speed between the waves."""
     rate_hz: Annotated[Number, Field(gt=0, le=100)] = 0.4
@@ -95,26 +96,26 @@ class Waves(Model):
 class Blast(Model):
     """Blasts from a point, as rings that run outwards (Jahrmann & Wimmer 2017)."""
 
-    kind: Literal["blast"]
-    centre_m: Point = (0.0, 1.0, 0.0)
-    """Where it comes from; y is above the ground."""
+    kind: Literal["blast"] = "blast"
+    centre_m: Point = default((0.0, 1.0, 0.0))
+    """Centre; y is above the ground."""
     power_mps: Speed = 100.0
     """Speed at the centre."""
-    rate: Number = Field(4.0, gt=0, le=100)
+    rate: Number = Field(default=4.0, gt=0, le=100)
     """Radians per second by which the rings move on."""
 
 
 class Whirl(Model):
     """A whirl about a point: outwards and around, faster near its eye (Jahrmann & Wimmer 2017)."""
 
-    kind: Literal["whirl"]
-    centre_m: Point = (0.0, 1.0, 0.0)
+    kind: Literal["whirl"] = "whirl"
+    centre_m: Point = default((0.0, 1.0, 0.0))
     """Its eye; y is above the ground."""
     power_mps: Speed = 40.0
-    """Speed outwards."""
+    """Radial speed."""
     swirl_mps: Speed = 6.0
-    """Speed around, at the least; up to ten times as much where the way outwards is weak."""
-    rate: Number = Field(1.5, gt=0, le=100)
+    """Scale of the tangential speed, which is up to ten times this where the radial one is small."""
+    rate: Number = Field(default=1.5, gt=0, le=100)
     """Radians per second by which its rings move on."""
 
 
@@ -124,35 +125,35 @@ class Ripples(Model):
     The paper does not give the constants of its formula; these suit a meadow of metres.
     """
 
-    kind: Literal["ripples"]
+    kind: Literal["ripples"] = "ripples"
     direction_deg: Direction = 90.0
-    """Where it blows from, clockwise from north (−z); at 90 the formula's axes are x and z."""
+    """Direction it blows from, clockwise from north (−z); at 90 the formula's axes are x and z."""
     speed_mps: Speed = 6.0
     """Greatest speed, to and fro."""
     wave_m: Length = 7.0
-    """From crest to crest: 2 / c1."""
+    """Distance from crest to crest: 2 / c1."""
     swell_m: Length = 31.0
     """Wavelength of the wave that overlaps it: 2 / c3."""
     front_m: Length = 12.0
     """Distance across the wind between the tips of the fronts: 1 / c2."""
-    epsilon: Number = Field(0.08, ge=0.001, le=10)
-    """Keeps the fronts' tips from running ahead without end: they lead by 1 / (4 epsilon) metres at most."""
+    epsilon: Number = Field(default=0.08, ge=0.001, le=10)
+    """Limit on the lead of the fronts' tips, which is 1 / (4 epsilon) metres at most."""
     rate_hz: Annotated[Number, Field(gt=0, le=100)] = 0.3
     """Crests per second at one place: the formula's t is 2π / c1 times this, a second."""
 
 
 class Texture(Model):
-    """Wind painted as pictures: red blows towards east (+x), green towards south (+z), middle grey is calm."""
+    """Wind as images: red blows towards east (+x), green towards south (+z), middle grey is calm."""
 
-    kind: Literal["texture"]
-    files: Annotated[tuple[FileName, ...], Field(min_length=1, max_length=256)]
-    """The pictures, shown one after the other, blended, over and over."""
-    size_m: Size = (40.0, 40.0)
-    """Extent on the ground of a picture, centred on the origin; it repeats."""
+    kind: Literal["texture"] = "texture"
+    files: Annotated[FileNames, Field(min_length=1, max_length=256)]
+    """The images, shown one after the other, blended, in a loop."""
+    size_m: Size = default((40.0, 40.0))
+    """Extent of an image on the ground, centred on the origin; it repeats."""
     speed_mps: Speed = 10.0
     """Speed at full colour."""
     rate_hz: Annotated[Number, Field(gt=0, le=1000)] = 4.0
-    """Pictures per second."""
+    """Images per second."""
 
 
 Wind = Annotated[
@@ -161,25 +162,25 @@ Wind = Annotated[
 
 
 class Simulation(Model):
-    """Blades with a memory: they swing, lag, are pressed down and rise. Without it they stand in closed form."""
+    """Dynamics of the blades: they swing, lag, are pressed down and rise. Without it their motion is analytic."""
 
     form: Literal["natural", "yan2024", "jahrmann2017"] = "natural"
-    """How forces move a blade: as a damped spring about how it stands in the wind, or as the two papers have it."""
-    step_s: Number = Field(1.0 / 60.0, ge=0.001, le=0.1)
-    """Length of a step of time. Steps are the same whatever the frame rate."""
-    settle_s: Number = Field(2.0, ge=0, le=600)
-    """How long the grass has been simulated before the first picture, and after a longer gap in time."""
-    within_m: Number = Field(60.0, gt=0, le=100_000)
-    """Blades farther from the camera stand in closed form; the last fifth of the way blends."""
-    gravity_mps2: Number = Field(9.8, ge=0, le=1000)
+    """Equation of motion: a damped spring about the pose in the wind, or that of either paper."""
+    step_s: Number = Field(default=1.0 / 60.0, ge=0.001, le=0.1)
+    """Time step, independent of the frame rate."""
+    settle_s: Number = Field(default=2.0, ge=0, le=600)
+    """Simulated time before the first picture, and after a longer gap in time."""
+    within_m: Number = Field(default=60.0, gt=0, le=100_000)
+    """Blades farther from the camera move analytically; the last fifth of the distance blends."""
+    gravity_mps2: Number = Field(default=9.8, ge=0, le=1000)
     """Pull of gravity."""
-    gravity_centre_m: Point | None = None
-    """Point that gravity pulls towards; without one it pulls down."""
-    gravity_towards: Number = Field(1.0, ge=0, le=1)
-    """With a centre: 1 pulls towards it, 0 down, between them a blend."""
-    forward: Number = Field(0.25, ge=0, le=10)
-    """Part of gravity that pulls a blade towards its front (both papers)."""
-    recovery_hz: Number = Field(30.0, gt=0, le=10_000)
-    """`yan2024`: rate of recovery of the stiffest blade, per second."""
-    rise_s: Number = Field(2.0, gt=0, le=1e6)
+    gravity_centre_m: OptionalPoint = default(None)
+    """Centre of gravity; without one, gravity pulls down."""
+    gravity_towards: Number = Field(default=1.0, ge=0, le=1)
+    """Weight of the pull towards `gravity_centre_m`: at 1 gravity pulls towards it, at 0 straight down."""
+    forward: Number = Field(default=0.25, ge=0, le=10)
+    """Fraction of gravity that pulls a blade towards its front (both papers)."""
+    recovery_hz: Number = Field(default=30.0, gt=0, le=10_000)
+    """Rate of recovery of the stiffest blade per second, in the form `yan2024`."""
+    rise_s: Number = Field(default=2.0, gt=0, le=1e6)
     """Time after which a pressed blade of full stiffness rises freely; softer ones take up to ten times as long."""

@@ -26,7 +26,7 @@ float arcLength(vec3 v0, vec3 v1, vec3 v2) {
 }
 
 // Scale both legs so that the curve has this length (Jahrmann & Wimmer 2017)
-void keepLength(vec3 v0, inout vec3 v1, inout vec3 v2, float length_m) {
+void correctLength(vec3 v0, inout vec3 v1, inout vec3 v2, float length_m) {
     float ratio = length_m / max(arcLength(v0, v1, v2), 1e-6);
     vec3 upper = (v2 - v1) * ratio;
     v1 = v0 + (v1 - v0) * ratio;

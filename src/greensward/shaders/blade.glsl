@@ -1,39 +1,30 @@
-// One blade in 64 bytes, and its posture in the wind in 24.
+// Accessors of a blade, and its pose packed in halfs.
+#include "layout/Blade"
+#include "layout/Pose"
+#include "layout/BladeBits"
+#include "layout/BladeFlag"
 #include "shaders/octahedral.glsl"
-
-struct Blade {
-    float x, y, z;         // root, metres
-    float facing;          // radians about up
-    float x1, y1, z1;      // control point at rest
-    float height;          // length along the curve, metres
-    float x2, y2, z2;      // tip at rest
-    float width;           // metres
-    uint up;               // octahedral, snorm 2 x 16
-    float stiffness;       // 0 follows the wind, 1 hardly moves
-    uint look;             // species 0-3, head 4, low detail 5, on an object 6, dryness 8-15, tint 16-23, crowding 24-31
-    uint chance;           // square root of the rank within its tile 0-15, random 16-31
-};
-
-// Control point and tip relative to the root as six halfs, now and one frame ago
-struct Posture { uint now[3]; uint previous[3]; };
 
 vec3 bladeRoot(Blade b) { return vec3(b.x, b.y, b.z); }
 vec3 bladeControl(Blade b) { return vec3(b.x1, b.y1, b.z1); }
 vec3 bladeTip(Blade b) { return vec3(b.x2, b.y2, b.z2); }
 vec3 bladeUp(Blade b) { return octahedralDecode(unpackSnorm2x16(b.up)); }
-int bladeSpecies(Blade b) { return int(b.look & 15u); }
-float bladeDryness(Blade b) { return unpackUnorm4x8(b.look).y; }
-float bladeTint(Blade b) { return unpackUnorm4x8(b.look).z; }
+int bladeSpecies(Blade b) { return int(b.flags & SPECIES_MASK); }
+bool hasHead(Blade b) { return (b.flags & BLADE_HEAD) != 0u; }
+bool isLowDetail(Blade b) { return (b.flags & BLADE_LOW_DETAIL) != 0u; }
+bool isOnObject(Blade b) { return (b.flags & BLADE_ON_OBJECT) != 0u; }
+float bladeDryness(Blade b) { return unpackUnorm4x8(b.flags).y; }
+float bladeTint(Blade b) { return unpackUnorm4x8(b.flags).z; }
 // Metres of blade that grow on a square metre around it
-float bladeCrowding(Blade b) { return exp2(0.125 * float(b.look >> 24u) - 10.0); }
+float bladeCrowding(Blade b) { return exp2(0.125 * float(b.flags >> 24u) - 10.0); }
 float bladeRank(Blade b) { float root = unpackUnorm2x16(b.chance).x; return root * root; }
 float bladeRandom(Blade b) { return unpackUnorm2x16(b.chance).y; }
 
-uint[3] packPosture(vec3 control, vec3 tip) {
+uint[3] packPose(vec3 control, vec3 tip) {
     return uint[3](packHalf2x16(control.xy), packHalf2x16(vec2(control.z, tip.x)), packHalf2x16(tip.yz));
 }
 
-void unpackPosture(uint[3] bits, vec3 root, out vec3 control, out vec3 tip) {
+void unpackPose(uint[3] bits, vec3 root, out vec3 control, out vec3 tip) {
     vec2 a = unpackHalf2x16(bits[0]), b = unpackHalf2x16(bits[1]), c = unpackHalf2x16(bits[2]);
     control = root + vec3(a, b.x);
     tip = root + vec3(b.y, c);

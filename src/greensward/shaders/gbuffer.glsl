@@ -1,8 +1,13 @@
-// The G-buffer's layout: how a surface is packed, and how a full-screen pass reads it.
+// Layout of the G-buffer: how a surface is packed, and how a full-screen pass reads it.
 #include "shaders/octahedral.glsl"
-#include "block/View"
+#include "layout/SurfaceClass"
+#include "layout/SurfaceId"
+#include "layout/View"
 
-const uint CLASS_SKY = 0u, CLASS_GROUND = 1u, CLASS_GRASS = 2u, CLASS_FLOWER = 3u, CLASS_OBJECT = 4u, CLASS_WATER = 5u;
+uniform sampler2D gbuffer_colour;
+uniform sampler2D gbuffer_normal;
+uniform sampler2D gbuffer_motion;
+uniform usampler2D gbuffer_surface;  // class and id; bits of the linear depth
 
 // the square root keeps dark greens from banding in 8 bits
 vec4 packColour(vec3 baseColour, float transmittance) {
@@ -19,7 +24,19 @@ vec2 packMotion(vec2 pixel_centre, vec4 previousClip) {
     return 0.5 * (now - previousClip.xy / previousClip.w) * view.size_px.xy;
 }
 
-uint packId(uint surfaceClass, uint bladeId) { return surfaceClass << 27u | bladeId; }
+uvec2 packSurface(uint surfaceClass, uint bladeId, float depth_m) {
+    return uvec2(surfaceClass << BLADE_ID_BITS | bladeId, floatBitsToUint(depth_m));
+}
+
+uint surfaceClassOf(uvec2 surface) { return surface.x >> BLADE_ID_BITS; }
+
+uint bladeIdOf(uvec2 surface) { return surface.x & BLADE_ID_MASK; }
+
+float depthOf(uvec2 surface) { return uintBitsToFloat(surface.y); }
+
+uint classAt(ivec2 pixel) { return surfaceClassOf(texelFetch(gbuffer_surface, pixel, 0).rg); }
+
+float depthAt(ivec2 pixel) { return depthOf(texelFetch(gbuffer_surface, pixel, 0).rg); }
 
 // From the eye through the pixel's sample, one metre along the view axis
 vec3 rayThrough(ivec2 pixel) {
@@ -27,11 +44,4 @@ vec3 rayThrough(ivec2 pixel) {
     return view.corner_ray.xyz + ndc.x * view.right_ray.xyz + ndc.y * view.up_ray.xyz;
 }
 
-#ifdef TARGETS
-layout(binding = 13) uniform usampler2D gId;
-layout(binding = 14) uniform sampler2D gDepth;
-
-uint classAt(ivec2 pixel) { return texelFetch(gId, pixel, 0).r >> 27u; }
-
-vec3 worldAt(ivec2 pixel) { return view.eye_ws.xyz + rayThrough(pixel) * texelFetch(gDepth, pixel, 0).r; }
-#endif
+vec3 worldAt(ivec2 pixel) { return view.eye_ws.xyz + rayThrough(pixel) * depthAt(pixel); }

@@ -1,4 +1,4 @@
-"""WHERE blades grow: the sward that a scene describes, sown on the GPU into a Field of blades."""
+"""Sowing, WHERE blades grow: the sward that a scene describes, sown on the GPU into a Field of blades."""
 
 from greensward.sowing.field import Field, Page
 from greensward.sowing.pages import UnstoredPage

@@ -1,19 +1,19 @@
-// Runs grow() for every candidate of a tile. Without PLACE it marks those that grow; with PLACE, after tally.comp
-// counted them, it writes their blades in order, so that the same seed gives the same bytes.
+// Runs grow() for every candidate of a tile. Without PLACE it marks those that grow; with PLACE, after
+// prefix_sum.comp counted them, it writes their blades in order, so that the same seed gives the same bytes.
 
 #ifdef PLACE
-layout(std430, binding = 3) writeonly buffer Blades { Blade blades[]; };
-layout(std430, binding = 4) writeonly buffer Heads { uint heads[]; };
+layout(std430) writeonly buffer Blades { Blade blades[]; };
+layout(std430) writeonly buffer Heads { uint heads[]; };
 #endif
 
-uniform int firstTile;
+uniform int first_tile;
 
 void main() {
-    uint slot = gl_WorkGroupID.x + uint(firstTile);
+    uint slot = gl_WorkGroupID.x + uint(first_tile);
     Tile tile = tiles[slot];
-    Count count = counts[slot];
+    TileCount count = counts[slot];
     for (uint j = gl_LocalInvocationID.x; j < tile.candidates; j += 64u) {
-        uint word = count.firstWord + (j >> 5u), bit = 1u << (j & 31u);
+        uint word = count.first_word + (j >> 5u), bit = 1u << (j & 31u);
         Blade blade;
 #ifdef PLACE
         Mark mark = marks[word];
@@ -23,11 +23,11 @@ void main() {
         uint at = count.start + mark.start + uint(bitCount(mark.grows & (bit - 1u)));
         blades[at] = blade;
         if ((mark.heads & bit) != 0u)
-            heads[count.headStart + mark.headStart + uint(bitCount(mark.heads & (bit - 1u)))] = at;
+            heads[count.head_start + mark.head_start + uint(bitCount(mark.heads & (bit - 1u)))] = at;
 #else
         if (!grow(tile, j, blade)) continue;
         atomicOr(marks[word].grows, bit);
-        if ((blade.look & 16u) != 0u) atomicOr(marks[word].heads, bit);
+        if (hasHead(blade)) atomicOr(marks[word].heads, bit);
 #endif
     }
 }

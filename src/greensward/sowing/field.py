@@ -1,24 +1,25 @@
-"""The Field: blades on the GPU, in tiles of those that lie near each other, 64 bytes a blade."""
+"""Field of blades on the GPU, in tiles of those that lie near each other."""
 
-import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.blocks import BlockBuffer
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Bindings
+from greensward.gpu.layouts import BlockBuffer
 from greensward.gpu.memory import available_bytes
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.scene import InputError, Scene
-from greensward.sowing.carrying import Carrying
+from greensward.sowing.blade import BLADE, MOST_BLADES, POSE
 from greensward.sowing.growth import cover_at
-from greensward.sowing.pages import BLADE_BYTES, POSTURE_BYTES, Floats, Page, Tiles, UnstoredPage, starts
+from greensward.sowing.objects import grassy_objects, sow_object
+from greensward.sowing.pages import Floats, Page, Tiles, UnstoredPage, starts
 from greensward.sowing.sower import TILE, Sower, Table
 from greensward.sowing.species import SWARD_BLOCK, leaf_edge_m, sward_values
-from greensward.sowing.surfaces import sow_surface, surfaces_of
+from greensward.sowing.transform import BladeTransform
 
 __all__ = ["Field", "Page", "Tiles"]
 
-MOST_BLADES = (1 << 27) - 2  # an id has 27 bits
-_CURE = "lower sowing.density_per_m2, sowing.full_density_m or sowing.reach_m"
+_FIX = "lower sowing.density_per_m2, sowing.full_density_m or sowing.reach_m"
 
 
 class Field:
@@ -27,35 +28,37 @@ class Field:
     Any prefix of a tile is a fair sample of it.
     """
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene, ground: GroundGpu) -> None:
-        self._ctx = ctx
+    def __init__(self, device: Device, scene: Scene, ground: GroundGpu) -> None:
+        self._device = device
         self._scene = scene
         self._ground = ground
-        self._on_things: list[Page] = []
+        self._on_objects: list[Page] = []
         self._on_ground: list[Page] = []
         self.unstored: UnstoredPage | None = None
         """Blades of the ground beyond `sowing.stored_m`, if any."""
-        self._surfaces = surfaces_of(scene)
+        self._to_sow = grassy_objects(scene)
         values = sward_values(scene)
         self._species_count = values["count"]
         self.canopy_m = float(values["canopy_m"])  # type: ignore[arg-type]
         grown = max((factor for _, factor in scene.growth.height), default=1.0) if scene.growth else 1.0
         self.tallest_m = max((grass.height_m[1] for grass in scene.grass), default=0.0) * 1.7 * max(grown, 1.0)
-        self.block = BlockBuffer(ctx, SWARD_BLOCK)
-        self.block.set(**values)  # type: ignore[arg-type]
+        self._block = BlockBuffer(device.ctx, SWARD_BLOCK)
+        self._block.set(**values)  # type: ignore[arg-type]
+        self.bindings: Bindings = {**ground.bindings, "Sward": self._block}
+        """Ground and sward, by their names in shaders."""
         # a technique may keep records of its own for each blade, up to twice as large
-        self._page_blades = min(ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"], 1 << 30) // (2 * BLADE_BYTES)
-        self._sower = Sower(ctx, "sowing/sow.comp", self._page_blades)
-        self._carrying = Carrying(ctx, scene) if scene.growth or self._surfaces else None
+        self._page_blades = min(device.limits.storage_block_bytes, 1 << 30) // (2 * BLADE.dtype.itemsize)
+        self._sower = Sower(device, "sowing/sow.comp", self._page_blades, self.bindings)
+        self._transform = BladeTransform(device, scene) if scene.growth or self._to_sow else None
 
     @property
     def pages(self) -> list[Page]:
-        """Those of objects, which stay, and then those of the ground."""
-        return self._on_things + self._on_ground
+        """Pages of objects, which stay, and then those of the ground."""
+        return self._on_objects + self._on_ground
 
     @property
     def count(self) -> int:
-        """How many blades are stored."""
+        """Number of blades that are stored."""
         return sum(page.count for page in self.pages)
 
     def sow(self, focus_ws: npt.ArrayLike, slack_m: float) -> None:
@@ -71,59 +74,63 @@ class Field:
         unstored = tiles[~stored]
         tiles = tiles[stored]
         self._refuse_too_many(int(tiles["candidates"].sum()))
-        self._ground.bind()
-        self.block.bind()
-        self._sow_surfaces()
+        self._sow_objects()
         if len(tiles):
-            *boxes, kept = self._bounds(tiles)
+            *boxes, coverage = self._bounds(tiles)
             uniforms, first_id = {"focus": (*focus, slack_m)}, self.count + 1
             growing = self._scene.growth is not None
-            self._on_ground = self._sower.sow(tiles, (boxes[0], boxes[1]), kept, uniforms, first_id, carried=growing)
+            self._on_ground = self._sower.sow(
+                tiles, (boxes[0], boxes[1]), coverage, uniforms, first_id, transformed=growing
+            )
         if len(unstored):
             self.unstored = self._left_to_shaders(unstored)
 
     def _left_to_shaders(self, tiles: Table) -> UnstoredPage:
-        low, high, kept = self._bounds(tiles)
+        low, high, coverage = self._bounds(tiles)
         candidates = tiles["candidates"].astype(np.int64)
         up_to = -(-candidates[:, None] * np.arange(1, 9) // 8)
         none = np.zeros(len(tiles), np.int64)
         lying = np.column_stack([tiles["x"], tiles["z"], tiles["level"]])
         page = UnstoredPage(
-            self._ctx,
-            Tiles(low, high, kept, starts(-(-candidates // 32) * 32), up_to, none, none),
+            self._device,
+            Tiles(low, high, coverage, starts(-(-candidates // 32) * 32), up_to, none, none),
             lying,
             self.count + 1,
         )
         self._refuse_ids(page.count)
         return page
 
-    def _sow_surfaces(self) -> None:
-        if not self._surfaces:
+    def _sow_objects(self) -> None:
+        if not self._to_sow:
             return
-        sower = Sower(self._ctx, "sowing/surface.comp", self._page_blades)
-        while self._surfaces:
-            surface, first_id = self._surfaces.pop(0), self.count + 1
-            self._on_things += sow_surface(self._ctx, sower, surface, self._page_blades, self.tallest_m, first_id)
+        sower = Sower(self._device, "sowing/sow_object.comp", self._page_blades, self.bindings)
+        while self._to_sow:
+            grassy, first_id = self._to_sow.pop(0), self.count + 1
+            self._on_objects += sow_object(self._device, sower, grassy, self._page_blades, self.tallest_m, first_id)
         sower.release()
 
-    def carry(self, placed: Floats, time_s: float) -> None:
+    def change_colours(self, scene: Scene) -> None:
+        """Colour the blades as another scene has it, whose species differ in colours only."""
+        self._scene = scene
+        self._block.set(species=sward_values(scene)["species"])  # type: ignore[arg-type]
+
+    def transform(self, placed: Floats, time_s: float) -> None:
         """Bring blades to where their objects are and to their age at a time; once per frame.
 
         `placed` is the rigid matrix of every object of the scene, world from own space, float64 (n, 4, 4).
         Does nothing where nothing has changed.
         """
-        if self._carrying:
-            self._carrying.carry(self.pages, placed, time_s)
+        if self._transform:
+            self._transform.update(self.pages, placed, time_s)
         if self._scene.growth:
-            self.block.set(grown=cover_at(self._scene.growth, time_s))
-            self.block.bind()
+            self._block.set(grown=cover_at(self._scene.growth, time_s))
 
     def _tiles(self, focus: Floats, slack_m: float) -> tuple[Table, Floats]:
         """Tiles that touch the reach, and how far they are: each level twice as far and as large as the last."""
         scene, sowing = self._scene, self._scene.sowing
         density, reach = sowing.density_per_m2, sowing.blades_m + slack_m
         if density <= 0 or not self._species_count or scene.ground.kind == "none":
-            return np.zeros(0, TILE), np.zeros(0)
+            return np.zeros(0, TILE.dtype), np.zeros(0)
         leaf = leaf_edge_m(density)
         level = max(0, int(np.ceil(np.log2(2.0 * reach / leaf))))
         size = leaf * 2.0**level
@@ -140,13 +147,13 @@ class Field:
                 half = 0.5 * np.array(scene.ground.size_m)
                 keep &= np.all((low < half) & (low + size > -half), axis=1)
             xz, away = xz[keep], away[keep]
-            kept = np.minimum(1.0, (sowing.full_density_m / np.maximum(away, 1e-3)) ** 2)
-            split = ((away < 3.0 * size) | (density * size * size * kept > self._page_blades)) & (level > 0)
+            coverage = np.minimum(1.0, (sowing.full_density_m / np.maximum(away, 1e-3)) ** 2)
+            split = ((away < 3.0 * size) | (density * size * size * coverage > self._page_blades)) & (level > 0)
             whole = ~split
-            kept = kept[whole]
-            tiles = np.zeros(int(whole.sum()), TILE)
+            coverage = coverage[whole]
+            tiles = np.zeros(int(whole.sum()), TILE.dtype)
             tiles["x"], tiles["z"], tiles["level"] = xz[whole, 0], xz[whole, 1], level
-            tiles["candidates"] = np.minimum(np.ceil(density * size * size * kept), 0xFFFFFFFF)
+            tiles["candidates"] = np.minimum(np.ceil(density * size * size * coverage), 0xFFFFFFFF)
             found.append(tiles)
             distances.append(away[whole])
             if not split.any():
@@ -157,25 +164,26 @@ class Field:
             size *= 0.5
 
     def _refuse_too_many(self, candidates: int) -> None:
-        ground, things = candidates * self._ground.mean_density, sum(each.blades() for each in self._surfaces)
-        blades = ground + things
-        grown = BLADE_BYTES if self._scene.growth else 0
-        needed = blades * (BLADE_BYTES + POSTURE_BYTES) + ground * grown + things * BLADE_BYTES
-        free = available_bytes(self._ctx)
-        cure = "lower the density_per_m2 of the grass on objects" if things > ground else _CURE
+        ground, objects = candidates * self._ground.mean_density, sum(each.blades() for each in self._to_sow)
+        blades = ground + objects
+        blade_bytes = BLADE.dtype.itemsize
+        grown = blade_bytes if self._scene.growth else 0
+        needed = blades * (blade_bytes + POSE.dtype.itemsize) + ground * grown + objects * blade_bytes
+        free = available_bytes(self._device)
+        fix = "lower the density_per_m2 of the grass on objects" if objects > ground else _FIX
         if needed > free:
             raise InputError(
                 f"sowing: about {blades / 1e6:,.0f} million blades need {needed / 2**30:,.1f} GiB, "
-                f"and this device can give {free / 2**30:,.1f} GiB; {cure}"
+                f"and this device can give {free / 2**30:,.1f} GiB; {fix}"
             )
-        self._refuse_ids(blades, cure)
+        self._refuse_ids(blades, fix)
 
-    def _refuse_ids(self, blades: float, cure: str = _CURE) -> None:
+    def _refuse_ids(self, blades: float, fix: str = _FIX) -> None:
         blades += self.count
         if blades > MOST_BLADES:
             raise InputError(
                 f"sowing: must be at most {MOST_BLADES / 1e6:,.0f} million blades "
-                f"(got about {blades / 1e6:,.0f} million); {cure}"
+                f"(got about {blades / 1e6:,.0f} million); {fix}"
             )
 
     def _bounds(self, tiles: Table) -> tuple[Floats, Floats, Floats]:
@@ -196,7 +204,7 @@ class Field:
 
     @property
     def nbytes(self) -> int:
-        """GPU memory of the blades and their postures in bytes."""
+        """GPU memory of the blades and their poses in bytes."""
         return sum(page.nbytes for page in self.pages) + (self.unstored.nbytes if self.unstored else 0)
 
     def _forget(self) -> None:
@@ -210,10 +218,10 @@ class Field:
     def release(self) -> None:
         """Free the GPU memory."""
         self._forget()
-        for page in self._on_things:
+        for page in self._on_objects:
             page.release()
-        self._on_things = []
-        self.block.release()
+        self._on_objects = []
+        self._block.release()
         self._sower.release()
-        if self._carrying:
-            self._carrying.release()
+        if self._transform:
+            self._transform.release()

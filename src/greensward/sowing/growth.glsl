@@ -1,7 +1,7 @@
 // How old a blade is, and what its age makes of it.
 #include "shaders/hash.glsl"
 #include "shaders/blade.glsl"
-#include "block/Growth"
+#include "layout/Growth"
 
 const int KEYS = 8, HEIGHT_BY_AGE = 0, WIDTH_BY_AGE = 1, STIFFNESS_BY_AGE = 2;
 const float LEAST_M = 1e-4;  // a blade of no length has no direction

@@ -1,34 +1,33 @@
-"""The scene's growth as a uniform block."""
+"""Growth of the scene as a uniform block."""
 
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.blocks import declare
+from greensward.gpu.layouts import block
 from greensward.scene import Growth
+from greensward.scene.field import MOST_KEYS
 
-_MOST_KEYS = 8
 _CURVES = ("height", "width", "stiffness")
 
-GROWTH_BLOCK = declare(
+GROWTH_BLOCK = block(
     "Growth",
-    6,
-    ("keys", "vec4", len(_CURVES) * _MOST_KEYS),  # age and factor; a curve's last key is repeated
+    ("keys", "vec4", len(_CURVES) * MOST_KEYS),  # age and factor; a curve's last key is repeated
     ("spread", "float"),
     ("phase", "float"),
 )
 
 
 def curve_rows(growth: Growth) -> npt.NDArray[np.float32]:
-    """The keys of all curves as the block holds them, float32 (24, 4)."""
-    rows = np.zeros((len(_CURVES), _MOST_KEYS, 4), np.float32)
+    """Keys of all curves as the block holds them, float32 (24, 4)."""
+    rows = np.zeros((len(_CURVES), MOST_KEYS, 4), np.float32)
     for row, name in zip(rows, _CURVES, strict=True):
         keys = getattr(growth, name)
-        row[:, :2] = keys + keys[-1:] * (_MOST_KEYS - len(keys))
+        row[:, :2] = keys + keys[-1:] * (MOST_KEYS - len(keys))
     return rows.reshape(-1, 4)
 
 
 def phase_at(growth: Growth, time_s: float) -> float:
-    """How far the field has grown: a blade's age is this less how late it is, which is at most `spread`.
+    """Phase of growth: a blade's age is this less how late it is, which is at most `spread`.
 
     At 0 all are seeds; at 1 + `spread`, beyond which nothing changes, all are full-grown.
     """

@@ -8,9 +8,13 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import filled
+from greensward.gpu.buffers import zeros
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Resource
+from greensward.gpu.layouts import WORD, struct
+from greensward.sowing.blade import BLADE, POSE
 
-BLADE_BYTES, POSTURE_BYTES = 64, 24
+_UNSTORED_TILE = struct("UnstoredTile", ("x", "int"), ("z", "int"), ("level", "int"), ("first_candidate", "uint"))
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
@@ -21,9 +25,9 @@ class Tiles:
 
     low: Floats  # (n, 3)
     high: Floats  # (n, 3)
-    kept: Floats  # (n,) part of the blades that was sown
+    coverage: Floats  # (n,) part of the blades that was sown, by level of detail
     start: Indices  # (n,) first blade within the page
-    up_to: Indices  # (n, 8) blades whose rank is in the first 1/8, 2/8, … of `kept`
+    up_to: Indices  # (n, 8) blades whose rank is in the first 1/8, 2/8, … of `coverage`
     head_start: Indices
     heads: Indices
 
@@ -47,29 +51,27 @@ class Tiles:
 class Page:
     """Blades that fit into one storage block of the driver, with their tiles.
 
-    Blades that are carried or that grow are kept as they were sown beside how they are now.
+    Blades that move with an object or grow are stored as they were sown beside how they are now.
     """
 
     def __init__(
-        self, ctx: moderngl.Context, tiles: Tiles, first_id: int, thing: int | None = None, carried: bool = False
+        self, device: Device, tiles: Tiles, first_id: int, object_index: int | None = None, transformed: bool = False
     ) -> None:
         self.tiles = self.tiles_as_sown = tiles
         self.first_id = first_id
-        self.thing = thing
+        self.object_index = object_index
         """Index of the scene's object that the blades grow on; None on the ground."""
         self.previous_from_now: Floats = np.eye(4)
-        """Matrix (4, 4): from where a point of the object is to where it was when it was carried before."""
+        """Matrix (4, 4): from where a point of the object is to where it was a frame ago."""
         self.count = int(tiles.up_to[:, 7].sum())
         self.head_count = int(tiles.heads.sum())
-        self.blades = ctx.buffer(reserve=self.count * BLADE_BYTES)
-        self.postures = filled(ctx, self.count * POSTURE_BYTES)
-        self.heads = ctx.buffer(reserve=max(self.head_count, 1) * 4)
-        self.sown = ctx.buffer(reserve=self.count * BLADE_BYTES) if carried else None
-
-    def bind(self) -> None:
-        """Bind blades and postures as culling/blades.glsl looks them up."""
-        self.blades.bind_to_storage_buffer(0)
-        self.postures.bind_to_storage_buffer(1)
+        blade_bytes = self.count * BLADE.dtype.itemsize
+        self.blades = device.ctx.buffer(reserve=blade_bytes)
+        self.poses = zeros(device, self.count * POSE.dtype.itemsize)
+        self.heads = device.ctx.buffer(reserve=max(self.head_count, 1) * WORD)
+        self.sown = device.ctx.buffer(reserve=blade_bytes) if transformed else None
+        self.bindings: dict[str, Resource] = {"Blades": self.blades, "Poses": self.poses}
+        """Buffers that culling/blades.glsl reads."""
 
     @property
     def nbytes(self) -> int:
@@ -77,7 +79,7 @@ class Page:
         return sum(buffer.size for buffer in self._buffers())
 
     def _buffers(self) -> list[moderngl.Buffer]:
-        return [each for each in (self.blades, self.postures, self.heads, self.sown) if each is not None]
+        return [each for each in (self.blades, self.poses, self.heads, self.sown) if each is not None]
 
     def release(self) -> None:
         """Free the GPU memory."""
@@ -91,22 +93,21 @@ class UnstoredPage:
     A candidate's index is its number in its tile, after those of the tiles before, each in whole words of 32.
     """
 
-    thing = None
+    object_index = None
     previous_from_now: Floats = np.eye(4)
 
-    def __init__(self, ctx: moderngl.Context, tiles: Tiles, lying: npt.NDArray[np.int32], first_id: int) -> None:
+    def __init__(self, device: Device, tiles: Tiles, lying: npt.NDArray[np.int32], first_id: int) -> None:
         """`lying` are x, z and level of each tile, (n, 3)."""
         self.tiles = tiles
         self.first_id = first_id
         words = -(-tiles.up_to[:, 7] // 32)
         self.count = 32 * int(words.sum())
-        self._tiles = ctx.buffer(np.column_stack([lying, tiles.start]).astype(np.int32))
-        self._tile_of = ctx.buffer(np.repeat(np.arange(len(words), dtype=np.uint32), words))
-
-    def bind(self) -> None:
-        """Bind what culling/blades.glsl looks up where blades are not stored."""
-        self._tiles.bind_to_storage_buffer(0)
-        self._tile_of.bind_to_storage_buffer(1)
+        rows = np.zeros(len(words), _UNSTORED_TILE.dtype)
+        rows["x"], rows["z"], rows["level"], rows["first_candidate"] = *lying.T, tiles.start
+        self._tiles = device.ctx.buffer(rows)
+        self._tile_of = device.ctx.buffer(np.repeat(np.arange(len(words), dtype=np.uint32), words))
+        self.bindings: dict[str, Resource] = {"Tiles": self._tiles, "TileOf": self._tile_of}
+        """Buffers that motion/unstored_blades.glsl reads."""
 
     @property
     def nbytes(self) -> int:
@@ -120,7 +121,7 @@ class UnstoredPage:
 
 
 def starts(counts: npt.NDArray[Any]) -> Indices:
-    """Where each run begins when runs of these lengths follow each other."""
+    """Start of each run when runs of these lengths follow each other."""
     result: Indices = np.cumsum(counts, dtype=np.int64) - counts
     return result
 

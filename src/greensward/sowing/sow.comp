@@ -8,7 +8,7 @@ uniform vec4 focus;   // xyz; w: how far the camera may move before the field is
 
 bool grow(Tile tile, uint j, out Blade blade) {
     Seed seed = seedOf(tile, j);
-    return isKept(seed, distance(seed.root, focus.xyz) - focus.w) && sprout(seed, blade);
+    return isNeeded(seed, distance(seed.root, focus.xyz) - focus.w) && sprout(seed, blade);
 }
 
 #include "sowing/each.glsl"

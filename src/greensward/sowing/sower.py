@@ -1,47 +1,59 @@
 """Marks the candidates of tiles that grow, counts them, and places their blades."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import filled
-from greensward.gpu.program import build_compute
+from greensward.gpu.buffers import zeros
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Kernel, Resource
+from greensward.gpu.layouts import struct
 from greensward.sowing.pages import Floats, Page, Tiles, page_numbers, starts
 
-TILE = np.dtype([("x", "i4"), ("z", "i4"), ("level", "i4"), ("candidates", "u4")])
-_COUNT = np.dtype([("up_to", "u4", 8), ("heads", "u4"), ("start", "u4"), ("head_start", "u4"), ("first_word", "u4")])
-_MARK_BYTES = 16  # of 32 candidates
+# a square of ground, or a group of an object's triangles, in which so many blades are tried
+TILE = struct("Tile", ("x", "int"), ("z", "int"), ("level", "int"), ("candidates", "uint"))
+_COUNT = struct(
+    "TileCount",
+    ("up_to", "uint", 8),
+    ("heads", "uint"),
+    ("start", "uint"),
+    ("head_start", "uint"),
+    ("first_word", "uint"),
+)
+# of 32 candidates; starts within the tile
+_MARK = struct("Mark", ("grows", "uint"), ("heads", "uint"), ("start", "uint"), ("head_start", "uint"))
 Table = npt.NDArray[np.void]
 
 
 class Sower:
     """Sows tiles with one shader's `grow`."""
 
-    def __init__(self, ctx: moderngl.Context, shader: str, page_blades: int) -> None:
-        self._ctx = ctx
+    def __init__(self, device: Device, shader: str, page_blades: int, bindings: Mapping[str, Resource]) -> None:
+        self._device = device
         self._page_blades = page_blades
-        self._marker = build_compute(ctx, shader)
-        self._tally = build_compute(ctx, "sowing/tally.comp")
-        self._placer = build_compute(ctx, shader, {"PLACE": 1})
+        self._marker = Kernel(device, shader, {}, bindings)
+        self._prefix_sum = Kernel(device, "sowing/prefix_sum.comp")
+        self._placer = Kernel(device, shader, {"PLACE": 1}, bindings)
 
     def sow(
         self,
         tiles: Table,
         boxes: tuple[Floats, Floats],
-        kept: Floats,
-        uniforms: dict[str, Any],
+        coverage: Floats,
+        values: dict[str, Any],
         first_id: int,
-        thing: int | None = None,
-        carried: bool = False,
+        object_index: int | None = None,
+        transformed: bool = False,
     ) -> list[Page]:
-        """The blades of the tiles on as many pages as they need; what else the shader reads is bound.
+        """Blades of the tiles, on as many pages as they need; `values` are what else the shader names.
 
-        `boxes` are the lowest and the highest corner of each tile, (n, 3), and `kept` the part of its blades, (n,),
-        that the tile's candidates are.
+        `boxes` are the lowest and the highest corner of each tile, (n, 3), and `coverage` is the part of its blades,
+        (n,), that the tile's candidates are.
         """
-        counts, marks = self._count(tiles, uniforms)
+        counts, marks = self._count(tiles, values)
         grown = np.flatnonzero(counts["up_to"][:, 7])
         page_of = page_numbers(counts["up_to"][grown, 7].astype(np.int64), self._page_blades)
         pages: list[Page] = []
@@ -50,59 +62,59 @@ class Sower:
             counted = counts[here]
             counted["start"], counted["head_start"] = starts(counted["up_to"][:, 7]), starts(counted["heads"])
             lying = (counted[name].astype(np.int64) for name in ("start", "up_to", "head_start", "heads"))
-            page = Page(
-                self._ctx, Tiles(boxes[0][here], boxes[1][here], kept[here], *lying), first_id, thing, carried
-            )
+            covered = Tiles(boxes[0][here], boxes[1][here], coverage[here], *lying)
+            page = Page(self._device, covered, first_id, object_index, transformed)
             first_id += page.count
             pages.append(page)
-            self._place(tiles[here], counted, marks, page, uniforms)
+            self._place(tiles[here], counted, marks, page, values)
         marks.release()
         return pages
 
-    def _count(self, tiles: Table, uniforms: dict[str, Any]) -> tuple[Table, moderngl.Buffer]:
-        """What grows of each tile, and the marks of the candidates that do."""
+    def _count(self, tiles: Table, values: dict[str, Any]) -> tuple[Table, moderngl.Buffer]:
+        """Count what grows of each tile, and mark the candidates that do."""
         words = -(-tiles["candidates"].astype(np.int64) // 32)
-        counts = np.zeros(len(tiles), _COUNT)
+        counts = np.zeros(len(tiles), _COUNT.dtype)
         counts["first_word"] = starts(words)
-        marks = filled(self._ctx, max(int(words.sum()), 1) * _MARK_BYTES)
-        tile_buffer, count_buffer = self._bind(tiles, counts, marks)
-        self._run(self._marker, len(tiles), uniforms)
-        self._tally["tileCount"] = len(tiles)
-        self._tally.run(-(-len(tiles) // 64))
-        self._ctx.memory_barrier()
-        counts = np.frombuffer(count_buffer.read(), _COUNT).copy()
+        marks = zeros(self._device, max(int(words.sum()), 1) * _MARK.dtype.itemsize)
+        tile_buffer, count_buffer = (
+            self._device.ctx.buffer(tiles.tobytes()),
+            self._device.ctx.buffer(counts.tobytes()),
+        )
+        buffers = {"Tiles": tile_buffer, "Counts": count_buffer, "Marks": marks}
+        self._run(self._marker, len(tiles), {**values, **buffers})
+        self._prefix_sum.run_over(len(tiles), tile_count=len(tiles), **buffers)
+        self._device.ctx.memory_barrier()
+        counts = np.frombuffer(count_buffer.read(), _COUNT.dtype).copy()
         counts["up_to"] = np.maximum.accumulate(counts["up_to"], axis=1)
         tile_buffer.release()
         count_buffer.release()
         return counts, marks
 
-    def _place(
-        self, tiles: Table, counts: Table, marks: moderngl.Buffer, page: Page, uniforms: dict[str, Any]
-    ) -> None:
-        tile_buffer, count_buffer = self._bind(tiles, counts, marks)
-        (page.blades if page.sown is None else page.sown).bind_to_storage_buffer(3)
-        page.heads.bind_to_storage_buffer(4)
-        self._run(self._placer, len(tiles), uniforms)
+    def _place(self, tiles: Table, counts: Table, marks: moderngl.Buffer, page: Page, values: dict[str, Any]) -> None:
+        tile_buffer, count_buffer = (
+            self._device.ctx.buffer(tiles.tobytes()),
+            self._device.ctx.buffer(counts.tobytes()),
+        )
+        target = page.blades if page.sown is None else page.sown
+        buffers = {
+            "Tiles": tile_buffer,
+            "Counts": count_buffer,
+            "Marks": marks,
+            "Blades": target,
+            "Heads": page.heads,
+        }
+        self._run(self._placer, len(tiles), {**values, **buffers})
         if page.sown is not None:
-            self._ctx.copy_buffer(page.blades, page.sown)
+            self._device.ctx.copy_buffer(page.blades, page.sown)
         tile_buffer.release()
         count_buffer.release()
 
-    def _bind(self, tiles: Table, counts: Table, marks: moderngl.Buffer) -> tuple[moderngl.Buffer, moderngl.Buffer]:
-        buffers = self._ctx.buffer(tiles.tobytes()), self._ctx.buffer(counts.tobytes())
-        for binding, buffer in enumerate((*buffers, marks)):
-            buffer.bind_to_storage_buffer(binding)
-        return buffers
-
-    def _run(self, shader: moderngl.ComputeShader, tiles: int, uniforms: dict[str, Any]) -> None:
-        for name, value in uniforms.items():
-            shader[name] = value
+    def _run(self, kernel: Kernel, tiles: int, values: dict[str, Any]) -> None:
         for first in range(0, tiles, 32768):
-            shader["firstTile"] = first
-            shader.run(min(32768, tiles - first))
-        self._ctx.memory_barrier()
+            kernel.run(min(32768, tiles - first), first_tile=first, **values)
+        self._device.ctx.memory_barrier()
 
     def release(self) -> None:
         """Free the programs."""
-        for shader in (self._marker, self._tally, self._placer):
-            shader.release()
+        for kernel in (self._marker, self._prefix_sum, self._placer):
+            kernel.release()

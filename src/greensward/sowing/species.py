@@ -1,21 +1,22 @@
-"""The scene's species and drifts as one uniform block."""
+"""Species and drifts of the scene as one uniform block."""
 
 import math
 
 import numpy as np
 
-from greensward.gpu.blocks import declare
+from greensward.gpu.layouts import block, constants
 from greensward.scene import Grass, Scene
 from greensward.scene.base import linear
-from greensward.scene.grass import HEADS, SHAPES
+from greensward.scene.grass import HEADS, MOST_SPECIES, SHAPES
 from greensward.sowing.growth import cover_at
 
-MOST_SPECIES = 16
-ROWS = 9
+_ROWS = ("MIX", "SIZE", "STANCE", "HABIT", "ROOT", "TIP", "DRY", "HEAD", "HEART")
+"""Rows of a species, in the order of `_rows`."""
+ROWS = len(_ROWS)
+constants("SpeciesRow", {"SPECIES_ROWS": ROWS, **{name: row for row, name in enumerate(_ROWS)}})
 
-SWARD_BLOCK = declare(
+SWARD_BLOCK = block(
     "Sward",
-    2,
     ("species", "vec4", MOST_SPECIES * ROWS),  # rows in the order of `_rows`
     ("count", "int"),
     ("seed", "uint"),

@@ -2,13 +2,11 @@
 // Sowing draws blades from it; the ground takes its colour where blades end.
 #include "shaders/noise.glsl"
 #include "ground/ground.glsl"
-#include "block/Sward"
+#include "layout/Sward"
+#include "layout/SpeciesRow"
 
-layout(binding = 3) uniform sampler2D densityMap;
-layout(binding = 4) uniform sampler2D vegetationMap;
-
-const int SPECIES_ROWS = 9;
-const int MIX = 0, SIZE = 1, POSTURE = 2, HABIT = 3, ROOT = 4, TIP = 5, DRY = 6, HEAD = 7, HEART = 8;
+uniform sampler2D density_map;
+uniform sampler2D vegetation_map;
 
 vec4 species(int index, int row) { return sward.species[index * SPECIES_ROWS + row]; }
 
@@ -20,7 +18,7 @@ struct Sward {
 
 float driftAt(vec2 xz, uint salt) { return octaves(xz / sward.drift_m, sward.seed + salt, 3, 0.6, 2.7); }
 
-// On a surface that faces this way, which may be any: the drifts of the three planes, blended, so that none streaks.
+// On a surface with any normal: the drifts of the three planes, blended, so that none streaks.
 float driftOn(vec3 at, vec3 facing, uint salt) {
     if (facing.y == 1.0) return driftAt(at.xz, salt);
     vec3 weight = facing * facing;
@@ -44,7 +42,7 @@ Sward swardOn(vec3 at, vec3 facing) {
 }
 
 Sward swardAt(vec2 xz) {
-    vec4 map = textureLod(densityMap, mapUv(xz), 0.0);
+    vec4 map = textureLod(density_map, mapUv(xz), 0.0);
     Sward s = swardOn(vec3(xz.x, 0.0, xz.y), vec3(0.0, 1.0, 0.0));
     s.density *= map.r;
     s.height *= map.b;
@@ -74,13 +72,13 @@ vec4 swardColour(vec2 xz, Sward s) {
         sum += cover * vec4(mix(green, species(i, DRY).rgb, dry), root.w);
         total += cover;
     }
-    vec4 map = textureLod(vegetationMap, mapUv(xz), 0.0);
+    vec4 map = textureLod(vegetation_map, mapUv(xz), 0.0);
     sum /= total;
     return vec4(mix(sum.rgb, map.rgb, map.a), sum.w);
 }
 
-// Part of the blades kept at this distance; the rest are made up for by wider ones.
-float keptShare(float distance_m) {
+// Coverage of the sown blades at this distance; wider ones make up for the rest.
+float sownCoverage(float distance_m) {
     float ratio = sward.full_density_m / max(distance_m, 1e-3);
     return min(1.0, ratio * ratio);
 }

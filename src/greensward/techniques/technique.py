@@ -1,52 +1,63 @@
-"""The contract that every technique keeps."""
+"""Contract that every technique keeps."""
 
-from typing import ClassVar, Protocol
+from dataclasses import dataclass
+from typing import ClassVar, Protocol, TypeVar
 
-import moderngl
 from pydantic import BaseModel
 
+from greensward.gpu.device import Device
 from greensward.gpu.view import View
-from greensward.world import Instant, World
+from greensward.world import FrameTime, World
+
+SettingsType = TypeVar("SettingsType", bound=BaseModel, contravariant=True)
 
 
-class Technique(Protocol):
+@dataclass(frozen=True)
+class Needs:
+    """Demands of a technique on the world and on the order of a frame."""
+
+    stored: bool = True
+    """It draws the blades that the world sows and stores; if not, none are sown."""
+    unstored: bool = False
+    """It also draws pages whose blades its shaders must grow."""
+    all_else_first: bool = False
+    """All else must be in a picture before it."""
+
+
+class Technique(Protocol[SettingsType]):
     """One way of drawing a field of grass into the G-buffer."""
 
     name: ClassVar[str]
-    """What a scene file and the command line call it; also the folder and the docs page."""
+    """Name in scene files and on the command line; also the folder and the docs page."""
     source: ClassVar[str]
     """Author, year, title."""
     Settings: ClassVar[type[BaseModel]]
     """This technique's own parameters: a frozen model."""
-    last: ClassVar[bool]
-    """Whether all else must be in a picture before it."""
-    draws_unstored: ClassVar[bool]
-    """Whether it takes pages whose blades its shaders must grow."""
 
     @staticmethod
-    def draws_field(settings: BaseModel) -> bool:
-        """Whether it draws the blades that the world sows, with these settings; if not, none are sown."""
+    def needs(settings: SettingsType) -> Needs:
+        """Demands of the technique with these settings."""
 
-    def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
+    def __init__(self, device: Device, world: World, settings: SettingsType) -> None:
         """Build every GPU resource."""
 
-    def update(self, instant: Instant) -> None:
-        """Compute work for this instant; most techniques have none."""
+    def update(self, frame: FrameTime) -> None:
+        """Do the compute work for this frame; most techniques have none."""
 
     def draw(self, view: View) -> None:
-        """Draw calls into the bound framebuffer; no GL state is left changed.
+        """Draw into the bound framebuffer; no GL state is left changed.
 
-        A picture's ground and objects may already be in it; before its first sample they are, and `world.pyramid`
-        tells what they hide, if the scene asks for that. Its classes and ids are at texture unit 13, its linear depth
-        at 14, and where passes run in compute shaders its images are bound as shaders/emit.glsl declares them. A test
-        that `scene.culling` switches off leaves out nothing.
+        A picture's ground and objects may already be in it; before its first sample they are, and
+        `world.depth_pyramid` has what they hide, if the scene asks for that. `world.bindings` has the view, and of
+        a picture the G-buffer to read and, where passes run in compute shaders, to write as shaders/emit.glsl
+        declares it. A test that `scene.culling` switches off leaves out nothing.
         """
 
     def considered(self, view: View) -> int:
-        """Blades of this view that were handed to its tests in the last frame."""
+        """Count the blades of this view that were handed to its tests in the last frame."""
 
     def drawn(self, view: View) -> int:
-        """Blades of this view that its tests left to be drawn in the last frame. Waits for the GPU."""
+        """Count the blades of this view that its tests left to be drawn in the last frame. Waits for the GPU."""
 
     def release(self) -> None:
         """Free every GPU resource."""

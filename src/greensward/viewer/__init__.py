@@ -1,1 +1,1 @@
-"""The window. Everything but `window.py` and `face/` works without one, and without its toolkit."""
+"""Viewer: a window on a scene, and a widget in a notebook. Only `window.py` and `ui/` need the window toolkit."""

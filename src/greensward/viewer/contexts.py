@@ -1,4 +1,4 @@
-"""OpenGL contexts that share what they hold: one for the window, and one for each renderer."""
+"""OpenGL contexts that share objects: one for the window, and one for each renderer."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -7,22 +7,22 @@ import moderngl
 
 
 class Slot:
-    """A context for one renderer at a time. With `apart` another thread may build in it while others draw."""
+    """Context lent to one renderer. If it is `separate`, another thread may build in it while others draw."""
 
-    def __init__(self, ctx: moderngl.Context, enter: Callable[[], None], apart: bool) -> None:
-        self.ctx, self.apart = ctx, apart
+    def __init__(self, ctx: moderngl.Context, enter: Callable[[], None], separate: bool) -> None:
+        self.ctx, self.separate = ctx, separate
         self._enter = enter
 
     def enter(self) -> None:
-        """Make it the current context of this thread."""
+        """Make the context current in this thread."""
         self._enter()
 
 
 class Contexts:
-    """Lends contexts that share objects with the one that shows the pictures.
+    """Pool of contexts that share objects with that of the window.
 
-    `make` returns a new one and how to make it current, and leaves it current; None where there can be only one.
-    `leave` leaves none current in this thread.
+    `make` returns a new context, which it leaves current, and a function that makes it current again; None on
+    platforms with a single context. `leave` makes no context current in this thread.
     """
 
     def __init__(
@@ -38,27 +38,27 @@ class Contexts:
         self._free: list[Slot] = []
 
     def take(self) -> Slot:
-        """A context that nobody else has, which is good until it is given back."""
+        """Return a context for exclusive use until `give_back`."""
         if self._make is None:
             return Slot(self.ctx, self._enter, False)
         if not self._free:
             ctx, enter = self._make()
-            # what a failed build leaves behind is freed when its context is current again
+            # objects that a failed build leaves are freed while their context is current
             ctx.gc_mode = "context_gc"
             self._enter()
             self._free.append(Slot(ctx, enter, True))
         return self._free.pop()
 
     def give_back(self, slot: Slot) -> None:
-        """Lend it to the next."""
-        if slot.apart:
+        """Return a context to the pool."""
+        if slot.separate:
             with self.within(slot):
-                _free_what_is_left(slot.ctx)
+                _free_garbage(slot.ctx)
             self._free.append(slot)
 
     @contextmanager
     def within(self, slot: Slot) -> Iterator[None]:
-        """Its context is current inside, and the shown one's again afterwards; for the thread of the window."""
+        """Make a context current inside, and that of the window afterwards; only in the thread of the window."""
         slot.enter()
         try:
             yield
@@ -66,8 +66,8 @@ class Contexts:
             self._enter()
 
 
-def _free_what_is_left(ctx: moderngl.Context) -> None:
-    """As `Context.gc`, which fails at objects that were released before they were forgotten."""
+def _free_garbage(ctx: moderngl.Context) -> None:
+    """Free collected objects like `Context.gc`, which fails on objects that were released before."""
     while ctx.objects:
         if release := getattr(ctx.objects.popleft(), "release", None):
             release()

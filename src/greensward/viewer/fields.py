@@ -1,4 +1,4 @@
-"""What a panel needs to know of each key of a scene, all of it from the models: range, unit, help, choices."""
+"""Descriptions of the keys of a scene, derived from its models: range, unit, help, choices."""
 
 import math
 from collections.abc import Iterator
@@ -18,15 +18,15 @@ from greensward.scene.reference import unit_of
 from greensward.techniques import SETTINGS
 
 Kind = Literal["number", "count", "flag", "text", "choice", "colour", "file", "numbers", "list", "table", "tables"]
-Path = tuple[str | int, ...]
-"""The keys that lead to a value: `("wind", 0, "speed_mps")`."""
-_HANDY = 12.0  # times the usual: a range that a slider covers whole
+KeyPath = tuple[str | int, ...]
+"""Path of a key in a scene: `("wind", 0, "speed_mps")`."""
+_FULL_RANGE = 12.0  # times the default: the largest range that a slider covers whole
 _WORDS = {"per m²": "/m²", "pixels": "px", "stops": "EV"}
 
 
 @dataclass(frozen=True)
 class FieldSpec:
-    """A key of a model, for people."""
+    """Description of a key of a model."""
 
     name: str
     label: str
@@ -36,31 +36,26 @@ class FieldSpec:
     low: float | None = None
     high: float | None = None
     above: bool = False
-    """Whether `low` itself is out of range."""
+    """True if `low` itself is out of range."""
     size: int = 1
-    """How many numbers, where `kind` is `numbers`."""
-    span: bool = False
-    """Whether two numbers are a low and a high."""
+    """Number of components, for the kind `numbers`."""
+    is_range: bool = False
+    """True if two numbers are the ends of a range."""
     optional: bool = False
-    """Whether it may be left out."""
+    """True if the key may be left out."""
     default: Any = None
     choices: tuple[str, ...] = ()
     models: tuple[type[BaseModel], ...] = field(default=(), repr=False)
-    """What a table may hold."""
+    """Models of the tables that it may hold."""
     files: bool = False
-    """Whether it names files."""
+    """True if the value names files."""
     least: int = 0
     most: int = 1000
-    """How many a list may hold."""
-
-    @property
-    def whole(self) -> bool:
-        """Whether it takes whole numbers only."""
-        return self.kind == "count"
+    """Largest length of a list."""
 
 
 def label_of(name: str) -> str:
-    """A key without its unit, as words: `full_density_m` to `full density`."""
+    """Return a key as words without its unit: `full density` for `full_density_m`."""
     unit = unit_of(name)
     endings = ("per_m2", "m2", "mps2", "mps", "deg", "px", "ev", "hz", "m", "s")
     bare = next((name[: -len(end) - 1] for end in endings if unit and name.endswith(f"_{end}")), name)
@@ -69,10 +64,10 @@ def label_of(name: str) -> str:
 
 @cache
 def fields_of(model: type[BaseModel]) -> tuple[FieldSpec, ...]:
-    """Every key of a model but its `kind`, in the order of the model."""
+    """Return the keys of a model, without its `kind`, in the order of the model."""
     found = [_field(model, name) for name in model.model_fields if not (name == "kind" and kind_of(model))]
     labels = [spec.label for spec in found]
-    # `texture` and `texture_m` are two things
+    # `texture` and `texture_m` are different keys
     return tuple(
         replace(spec, label=f"{spec.label}, {spec.unit}") if spec.unit and labels.count(spec.label) > 1 else spec
         for spec in found
@@ -85,7 +80,7 @@ def _field(model: type[BaseModel], name: str) -> FieldSpec:
     optional = type(None) in get_args(info.annotation)
     unit = unit_of(name)
     default = None if info.default is PydanticUndefined else info.default
-    told: dict[str, Any] = {
+    common: dict[str, Any] = {
         "name": name,
         "label": label_of(name),
         "help": " ".join((info.description or "").split()),
@@ -94,14 +89,14 @@ def _field(model: type[BaseModel], name: str) -> FieldSpec:
         "default": default,
     }
     if model is Grass and name == "species":
-        return FieldSpec(kind="choice", choices=tuple(species_table()), **told)
+        return FieldSpec(kind="choice", choices=tuple(species_table()), **common)
     if name == "name" and "technique" in model.__name__.lower():
-        return FieldSpec(kind="choice", choices=tuple(SETTINGS), **told)
-    return FieldSpec(**told, **_shape(model, name, annotation, limits))
+        return FieldSpec(kind="choice", choices=tuple(SETTINGS), **common)
+    return FieldSpec(**common, **_shape(model, name, annotation, limits))
 
 
 def _shape(model: type[BaseModel], name: str, annotation: Any, limits: list[Any]) -> dict[str, Any]:
-    """What kind of value it is, its limits, and what it may hold."""
+    """Return kind, limits and contents of a value."""
     origin, parts = get_origin(annotation), get_args(annotation)
     models = models_in(annotation)
     if models and origin is tuple:
@@ -116,8 +111,8 @@ def _shape(model: type[BaseModel], name: str, annotation: Any, limits: list[Any]
         inner, inner_limits = _bare(parts[0], [])
         if Ellipsis in parts or get_origin(inner) is tuple:
             return {"kind": "list", **_lengths(limits)}
-        spans = any(getattr(limit, "func", None) is not None for limit in limits)
-        return {"kind": "numbers", "size": len(parts), "span": spans, **_range(inner_limits)}
+        is_range = any(getattr(limit, "func", None) is not None for limit in limits)
+        return {"kind": "numbers", "size": len(parts), "is_range": is_range, **_range(inner_limits)}
     if annotation is bool:
         return {"kind": "flag"}
     if annotation is int:
@@ -128,7 +123,7 @@ def _shape(model: type[BaseModel], name: str, annotation: Any, limits: list[Any]
 
 
 def _bare(annotation: Any, limits: list[Any]) -> tuple[Any, list[Any]]:
-    """A type without what may be left out or annotates it, and all that annotates it."""
+    """Return a type without `None` and annotations, and its annotations."""
     while True:
         parts = [part for part in get_args(annotation) if part is not type(None)]
         if get_origin(annotation) is Annotated:
@@ -142,7 +137,7 @@ def _bare(annotation: Any, limits: list[Any]) -> tuple[Any, list[Any]]:
 
 
 def _unpacked(extras: list[Any]) -> list[Any]:
-    """What annotates a type; pydantic's own wrapper holds several."""
+    """Return the annotations of a type; pydantic's own wrapper holds several."""
     return [inner for extra in extras for inner in getattr(extra, "metadata", None) or [extra]]
 
 
@@ -162,15 +157,15 @@ def _lengths(limits: list[Any]) -> dict[str, int]:
     return found
 
 
-def reach(spec: FieldSpec, value: float) -> tuple[float, float]:
-    """Ends of a slider for a value: the whole range where a hand can set it, or what lies around the usual."""
-    usual = spec.default if isinstance(spec.default, int | float) else max(_numbers(spec.default), default=1.0)
-    usual = abs(float(usual)) or 1.0
+def slider_range(spec: FieldSpec, value: float) -> tuple[float, float]:
+    """Return the ends of a slider: the full range if it is narrow enough, or one around the default."""
+    default = spec.default if isinstance(spec.default, int | float) else max(_numbers(spec.default), default=1.0)
+    default = abs(float(default)) or 1.0
     if spec.low is not None and spec.high is not None:
-        whole = spec.high - spec.low
-        if whole <= max(_HANDY * usual, 0.0 if spec.unit else 1.0) or (spec.unit == "°" and whole <= 720.0):
+        full = spec.high - spec.low
+        if full <= max(_FULL_RANGE * default, 0.0 if spec.unit else 1.0) or (spec.unit == "°" and full <= 720.0):
             return spec.low, spec.high
-    wide = _rounded_up(4.0 * usual)
+    wide = _rounded_up(4.0 * default)
     while wide < abs(value):
         wide *= 4.0
     low = max(-wide, -math.inf if spec.low is None else spec.low)
@@ -178,12 +173,12 @@ def reach(spec: FieldSpec, value: float) -> tuple[float, float]:
 
 
 def _numbers(value: Any) -> list[float]:
-    """The numbers of a default, whatever holds them."""
+    """Return the magnitudes of the numbers in a default."""
     return [abs(float(x)) for x in value if isinstance(x, int | float)] if isinstance(value, tuple) else []
 
 
 def _rounded_up(value: float) -> float:
-    """The next of 1, 2, 5, 10, …"""
+    """Round up to 1, 2, 5, 10, …"""
     scale = 10.0 ** math.floor(math.log10(value))
     return next(step * scale for step in (1.0, 2.0, 5.0, 10.0) if step * scale >= value * (1.0 - 1e-9))
 
@@ -191,21 +186,21 @@ def _rounded_up(value: float) -> float:
 # Changing a scene -------------------------------------------------------------------------------------------
 
 
-def value_at(scene: BaseModel, path: Path) -> Any:
-    """What a scene holds there."""
+def value_at(scene: BaseModel, path: KeyPath) -> Any:
+    """Return the value at a path."""
     node: Any = scene
     for key in path:
         node = node[key] if isinstance(key, int) else getattr(node, key)
     return node
 
 
-def with_value(scene: Scene, path: Path, value: Any) -> Scene:
-    """The scene with another value there, checked by its models. Raises `SceneError`."""
+def with_value(scene: Scene, path: KeyPath, value: Any) -> Scene:
+    """Return the scene with another value at a path, validated by its models. Raises `SceneError`."""
     changed: Scene = _put(scene, path, value, ())
     return changed.in_folder(scene.resolve("."))
 
 
-def _put(node: Any, path: Path, value: Any, done: Path) -> Any:
+def _put(node: Any, path: KeyPath, value: Any, done: KeyPath) -> Any:
     if not path:
         return value
     key, *rest = path
@@ -223,10 +218,10 @@ def _put(node: Any, path: Path, value: Any, done: Path) -> Any:
         raise SceneError(sentences(error, model, lambda _: "scene", done)) from None
 
 
-def fresh(model: type[BaseModel], near_m: tuple[float, float, float]) -> BaseModel:
-    """A new table of this model; what has to be told is put near a point of the ground, (x, 0, z)."""
+def new_table(model: type[BaseModel], near_m: tuple[float, float, float]) -> BaseModel:
+    """Return a new table of this model; required positions lie near a point of the ground, (x, 0, z)."""
     x, y, z = near_m
-    told: dict[str, Any] = {
+    positions: dict[str, Any] = {
         "position_m": (x, y, z),
         "centre_m": (x, max(y, 1.0), z),
         "path": ((x, z), (x + 1.0, z - 1.0), (x + 3.0, z - 1.0)),
@@ -234,9 +229,9 @@ def fresh(model: type[BaseModel], near_m: tuple[float, float, float]) -> BaseMod
         "to_m": (x + 1.0, z + 1.0),
     }
     values = {
-        name: told[name]
+        name: positions[name]
         for name, info in model.model_fields.items()
-        if (name in told and len(get_args(info.annotation)) != 2) or (name in told and info.is_required())
+        if (name in positions and len(get_args(info.annotation)) != 2) or (name in positions and info.is_required())
     }
     if "centre_m" in values and len(get_args(model.model_fields["centre_m"].annotation)) == 2:
         values["centre_m"] = (x, z)
@@ -246,18 +241,18 @@ def fresh(model: type[BaseModel], near_m: tuple[float, float, float]) -> BaseMod
 
 
 def can_be_made(model: type[BaseModel]) -> bool:
-    """Whether a new one needs no file, which a panel cannot make up."""
+    """Return True if a new table of this model requires no file, which a panel cannot invent."""
     return not any(info.is_required() and names_a_file(info) for info in model.model_fields.values())
 
 
-def walk(scene: BaseModel, path: Path = ()) -> Iterator[tuple[Path, FieldSpec]]:
-    """Every key of a scene as it stands, with the path that leads to it."""
+def all_keys(scene: BaseModel, path: KeyPath = ()) -> Iterator[tuple[KeyPath, FieldSpec]]:
+    """Yield every key of a scene with its path."""
     for spec in fields_of(type(scene)):
-        here = (*path, spec.name)
-        yield here, spec
+        at = (*path, spec.name)
+        yield at, spec
         held = getattr(scene, spec.name)
         if spec.kind == "table" and isinstance(held, BaseModel):
-            yield from walk(held, here)
+            yield from all_keys(held, at)
         elif spec.kind == "tables":
             for i, item in enumerate(held):
-                yield from walk(item, (*here, i))
+                yield from all_keys(item, (*at, i))

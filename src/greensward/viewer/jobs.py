@@ -1,4 +1,4 @@
-"""Work beside the window: pictures of any size, a video of what is seen, the way that was gone."""
+"""Recordings and renderings beside the window: pictures of any size, a video of the viewport, a camera path."""
 
 import threading
 from collections.abc import Callable
@@ -15,15 +15,15 @@ from greensward.scene import Camera, GreenswardError, Scene
 
 Pixels = npt.NDArray[np.uint8]
 VIDEO_FPS = 30.0
-_SAMPLES_A_SECOND = 10.0
+_SAMPLES_PER_SECOND = 10.0
 
 
-class _StoppedError(Exception):
-    """Someone no longer wants it."""
+class _CancelledError(Exception):
+    """Cancellation by the user."""
 
 
 class PictureJob:
-    """Draws one picture in a context of its own, in a thread of its own."""
+    """Rendering of one picture, in a context and a thread of its own."""
 
     def __init__(
         self, scene: Scene, camera: Camera, time_s: float, path: Path, size: tuple[int, int], samples: int
@@ -31,20 +31,20 @@ class PictureJob:
         self.path = path
         self.done, self.total = 0, samples
         self.problem: str | None = None
-        self._stopped = False
-        self._thread = threading.Thread(target=self._draw, args=(scene, camera, time_s, size), daemon=True)
+        self._cancelled = False
+        self._thread = threading.Thread(target=self._render, args=(scene, camera, time_s, size), daemon=True)
         self._thread.start()
 
-    def _draw(self, scene: Scene, camera: Camera, time_s: float, size: tuple[int, int]) -> None:
-        def tell(done: int, _total: int) -> None:
+    def _render(self, scene: Scene, camera: Camera, time_s: float, size: tuple[int, int]) -> None:
+        def progress(done: int, _total: int) -> None:
             self.done = done
-            if self._stopped:
-                raise _StoppedError
+            if self._cancelled:
+                raise _CancelledError
 
         try:
             with Renderer(scene, size=size, samples=self.total) as renderer:
-                write_picture(self.path, renderer.render(time_s, camera=camera, progress=tell).image)
-        except _StoppedError:
+                write_picture(self.path, renderer.render(time_s, camera=camera, progress=progress).image)
+        except _CancelledError:
             pass
         except GreenswardError as error:
             self.problem = str(error)
@@ -53,17 +53,17 @@ class PictureJob:
 
     @property
     def running(self) -> bool:
-        """Whether it is not there yet."""
+        """True until the picture is written or has failed."""
         return self._thread.is_alive()
 
-    def stop(self) -> None:
-        """Give up, and wait for that."""
-        self._stopped = True
+    def cancel(self) -> None:
+        """Cancel the rendering, and wait for its thread."""
+        self._cancelled = True
         self._thread.join()
 
 
 class VideoJob:
-    """Writes frames as they come, each as often as its time asks for."""
+    """Recording of frames at a fixed rate: each is repeated or dropped as the time since the last one asks for."""
 
     def __init__(self, path: Path, size: tuple[int, int]) -> None:
         self.path = path
@@ -74,7 +74,7 @@ class VideoJob:
         self.seconds = 0.0
 
     def add(self, pixels: Callable[[], Pixels], seconds: float) -> None:
-        """So much time has passed, and this is what is seen now."""
+        """Add a frame after this many seconds; `pixels` reads it if it is needed."""
         self.seconds += seconds
         due = int(self.seconds * VIDEO_FPS) - self._writer.frames
         if due <= 0:
@@ -86,27 +86,27 @@ class VideoJob:
             self._writer.add(frame)
 
     def finish(self) -> None:
-        """Write its end."""
+        """Complete the file."""
         try:
             if self._writer.frames:
                 self._writer.finish()
         finally:
             self._writer.__exit__(None, None, None)
 
-    def give_up(self) -> None:
-        """End it without a file."""
-        self._writer.__exit__(_StoppedError, None, None)
+    def cancel(self) -> None:
+        """End the recording without a file."""
+        self._writer.__exit__(_CancelledError, None, None)
 
 
-class PathRecorder:
-    """Where the eye is, ten times a second."""
+class PathRecording:
+    """Recording of the camera, ten times a second."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
         self.stations: list[tuple[float, Camera]] = []
 
     def add(self, camera: Camera, seconds: float) -> None:
-        """So much time has passed, and this is seen now."""
+        """Add the camera after this many seconds."""
         self.seconds += seconds if self.stations else 0.0
-        if not self.stations or self.seconds - self.stations[-1][0] >= 1.0 / _SAMPLES_A_SECOND:
+        if not self.stations or self.seconds - self.stations[-1][0] >= 1.0 / _SAMPLES_PER_SECOND:
             self.stations.append((round(self.seconds, 3), camera))

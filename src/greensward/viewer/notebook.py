@@ -1,10 +1,10 @@
-"""A scene in a notebook."""
+"""Scene view for a notebook."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from greensward.library import load
-from greensward.scene import GreenswardError, Scene, TechniqueChoice
+from greensward.library import as_scene
+from greensward.scene import GreenswardError, Scene
 
 if TYPE_CHECKING:
     from greensward.viewer.widget import SceneView
@@ -19,24 +19,20 @@ def show(
     size: tuple[int, int] = (640, 360),
     device: str = "auto",
 ) -> "SceneView":
-    """A view of a scene, of a preset's name or of a file, for the last line of a cell in Jupyter.
+    """Return a view of a scene, a preset's name or a file, for the last line of a cell in Jupyter.
 
-    Drag to look about, or with the right button to go around what is in the middle; where there is no ground, both do
-    that. WASD or the arrows walk, around what stands in the way, Q and E make you smaller and taller, shift is fast.
-    The wheel zooms. The space bar stops and starts time, which begins at `time_s`; a picture that rests grows clean.
-    `size` is that on the page in pixels; where frames take long, fewer are drawn while something moves.
+    Dragging turns the camera, with the right button it orbits the point in view; without ground, every button orbits.
+    WASD or the arrow keys walk, Q and E lower and raise the camera, Shift is fast. The wheel zooms. The space bar
+    stops and starts time, which begins at `time_s`. `size` is the size on the page in pixels; while something moves,
+    the resolution is lower if frames take long, and a still picture is anti-aliased over several frames.
 
-    What is returned has `technique`, `playing` and `time_s`, which may be set at any time, and `eye.camera()`.
-    Raises `InputError` for what the scene asks and cannot be had, and `GreenswardError` without the extra `notebook`.
+    The view has `technique`, `playing` and `time_s`, which may be set at any time, and `camera`.
+    Raises `InputError` for a scene that cannot be drawn, and `GreenswardError` without the extra `notebook`.
     """
     try:
         from greensward.viewer.widget import SceneView
     except ImportError as error:
         raise GreenswardError(
-            f'a view in a notebook needs {error.name}, which an extra brings: pip install "greensward[notebook]"'
+            f'a view in a notebook needs {error.name} of an extra: pip install "greensward[notebook]"'
         ) from None
-    if not isinstance(scene, Scene):
-        scene = load(scene, technique=technique)
-    elif technique is not None and technique != scene.technique.name:
-        scene = scene.model_copy(update={"technique": TechniqueChoice(name=technique)})
-    return SceneView(scene, time_s=time_s, playing=playing, size=size, device=device)
+    return SceneView(as_scene(scene, technique), time_s=time_s, playing=playing, size=size, device=device)

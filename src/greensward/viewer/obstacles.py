@@ -1,4 +1,4 @@
-"""What someone who walks runs into: boxes and rounds around the objects of a scene."""
+"""Collision of the camera with the objects of a scene: bounding boxes and elliptic cylinders."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -19,81 +19,81 @@ _PROBES = 6
 
 
 class Obstacles:
-    """The objects of a scene at an instant."""
+    """Obstacles at one time."""
 
     def __init__(
-        self, things: Sequence[Object], placing: Placing | None = None, resolve: Callable[[str], Path] = Path
+        self, objects: Sequence[Object], placing: Placing | None = None, resolve: Callable[[str], Path] = Path
     ) -> None:
-        solid = [i for i, thing in enumerate(things) if thing.drawn]
-        self._which, self._placing = solid, placing
-        boxes = [_box(things[i], resolve) for i in solid]
+        solid = [i for i, each in enumerate(objects) if each.drawn]
+        self._indices, self._placing = solid, placing
+        boxes = [_box(objects[i], resolve) for i in solid]
         self._half = np.array([half for half, _ in boxes]).reshape(-1, 3)
-        self._middle = np.array([middle for _, middle in boxes]).reshape(-1, 3)
-        self._round = np.array([not isinstance(things[i], Box) for i in solid], bool)
-        self._tapers = np.array([things[i].kind in ("sphere", "mesh") for i in solid], bool)
+        self._centre = np.array([centre for _, centre in boxes]).reshape(-1, 3)
+        self._round = np.array([not isinstance(objects[i], Box) for i in solid], bool)
+        self._tapers = np.array([objects[i].kind in ("sphere", "mesh") for i in solid], bool)
         self.at(0.0)
 
     @classmethod
     def of(cls, scene: Scene, heights: HeightField) -> "Obstacles":
-        """Those of a scene."""
+        """Return the obstacles of a scene."""
         return cls(scene.object, Placing(scene.object, heights), scene.resolve)
 
     def at(self, time_s: float) -> None:
-        """Where they are at an instant."""
-        if self._placing is not None and self._which:
-            self._own_from_world = np.linalg.inv(self._placing.at(time_s)[self._which])
+        """Move the obstacles to their positions at a time."""
+        if self._placing is not None and self._indices:
+            self._object_from_world = np.linalg.inv(self._placing.at(time_s)[self._indices])
         else:
-            self._own_from_world = np.zeros((0, 4, 4))
+            self._object_from_world = np.zeros((0, 4, 4))
 
     def push(self, eye_ws: Floats, feet_m: float) -> Floats:
-        """How far, (x, z), someone whose eye is there must step aside so as to stand in nothing."""
+        """Return the offset, (x, z), that moves the camera out of all obstacles."""
         moved = np.zeros(2)
-        if not len(self._own_from_world):
+        if not len(self._object_from_world):
             return moved
         bottom = min(feet_m + _STEP_M, float(eye_ws[1]))
         for height_m in np.linspace(bottom, float(eye_ws[1]), _PROBES):
             at = np.array([eye_ws[0] + moved[0], height_m, eye_ws[2] + moved[1], 1.0])
-            own = (self._own_from_world @ at)[:, :3] - self._middle
-            level = np.abs(own[:, 1]) - self._half[:, 1]
-            near = (level < 0.15) & (np.abs(own[:, [0, 2]]) < self._half[:, [0, 2]] + _SHOULDER_M).all(axis=1)
+            local = (self._object_from_world @ at)[:, :3] - self._centre
+            level = np.abs(local[:, 1]) - self._half[:, 1]
+            near = (level < 0.15) & (np.abs(local[:, [0, 2]]) < self._half[:, [0, 2]] + _SHOULDER_M).all(axis=1)
             for k in np.flatnonzero(near):
-                aside = self._aside(int(k), own[k])
+                offset = self._offset(int(k), local[k])
                 # back to the world: the inverse of a rotation is its transpose
-                moved += (self._own_from_world[k, :3, :3].T @ np.array([aside[0], 0.0, aside[1]]))[[0, 2]]
+                moved += (self._object_from_world[k, :3, :3].T @ np.array([offset[0], 0.0, offset[1]]))[[0, 2]]
         return moved
 
-    def _aside(self, k: int, own: Floats) -> Floats:
+    def _offset(self, k: int, local: Floats) -> Floats:
         half = self._half[k][[0, 2]]
-        at = own[[0, 2]]
+        at = local[[0, 2]]
         if self._round[k]:
             if self._tapers[k]:
-                half = half * math.sqrt(max(1.0 - min(abs(own[1]) / self._half[k, 1], 1.0) ** 2, 0.0))
+                half = half * math.sqrt(max(1.0 - min(abs(local[1]) / self._half[k, 1], 1.0) ** 2, 0.0))
             reach = half + _SHOULDER_M
-            part = float(np.hypot(*(at / reach)))
-            if part >= 1.0:
+            radius = float(np.hypot(*(at / reach)))  # 1 on the ellipse
+            if radius >= 1.0:
                 return np.zeros(2)
-            return at * (1.0 / part - 1.0) if part > 1e-6 else np.array([reach[0], 0.0])
+            return at * (1.0 / radius - 1.0) if radius > 1e-6 else np.array([reach[0], 0.0])
         inside = half + _SHOULDER_M - np.abs(at)
         axis = int(inside.argmin())
-        aside = np.zeros(2)
-        aside[axis] = math.copysign(max(float(inside[axis]), 0.0), float(at[axis]))
-        return aside
+        offset = np.zeros(2)
+        offset[axis] = math.copysign(max(float(inside[axis]), 0.0), float(at[axis]))
+        return offset
 
 
-def _box(thing: Object, resolve: Callable[[str], Path]) -> tuple[Floats, Floats]:
-    """Half extents and middle of an object in its own space, whose origin is the centre of its base."""
-    match thing:
+def _box(item: Object, resolve: Callable[[str], Path]) -> tuple[Floats, Floats]:
+    """Return half extents and centre of an object in object space, whose origin is the centre of its base."""
+    match item:
         case Capsule():
-            half = np.array([thing.radius_m, 0.5 * thing.length_m, thing.radius_m])
+            half = np.array([item.radius_m, 0.5 * item.length_m, item.radius_m])
         case Mesh():
             try:
-                bounds = read_mesh(resolve(thing.file)).bounds * thing.scale
+                bounds = read_mesh(resolve(item.file)).bounds * item.scale
             except (GreenswardError, ImportError):
-                return np.zeros(3), np.zeros(3)  # whoever draws it says what is wrong
+                return np.zeros(3), np.zeros(3)  # the renderer reports it
             low, high = np.asarray(bounds, np.float64)
             return 0.5 * (high - low), np.array(
                 [0.5 * (low[0] + high[0]), 0.5 * (high[1] - low[1]), 0.5 * (low[2] + high[2])]
             )
         case _:
-            half = 0.5 * np.array(thing.size_m)
+            half = 0.5 * np.array(item.size_m)
     return half, np.array([0.0, half[1], 0.0])

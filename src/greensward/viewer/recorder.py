@@ -1,4 +1,4 @@
-"""What is made of what is seen: pictures of any size, a video, the way that was gone, and going it again."""
+"""Recordings of a session: pictures of any size, a video, and a camera path with its playback."""
 
 from pathlib import Path
 
@@ -6,104 +6,109 @@ from greensward.io.camera_path import CameraPath
 from greensward.io.rasters import check_writable
 from greensward.io.video import check_video, find_ffmpeg
 from greensward.scene import Camera, GreenswardError, InputError
-from greensward.viewer.jobs import VIDEO_FPS, PathRecorder, PictureJob, VideoJob
-from greensward.viewer.pane import Pane
+from greensward.viewer.jobs import VIDEO_FPS, PathRecording, PictureJob, VideoJob
 from greensward.viewer.saving import free_name
 from greensward.viewer.session import Session
+from greensward.viewer.viewport import Viewport
 
-_LONGEST_S = 0.25
+_LONGEST_STEP_S = 0.25
 
 
 class Recorder:
-    """Pictures that are drawn, and what is recorded, of a session."""
+    """Renderings and recordings in progress, of a session."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
         self._pictures: list[PictureJob] = []
         self._video: VideoJob | None = None
-        self._way: PathRecorder | None = None
-        self._track: CameraPath | None = None
-        self._playing_s: float | None = None
+        self._recording: PathRecording | None = None
+        self._recorded: CameraPath | None = None
+        self._playback_s: float | None = None
 
     @property
     def folder(self) -> Path:
-        """Where files go."""
+        """Folder for new files: that of the scene file."""
         file = self._session.origin.file
         return file.parent if file else Path()
 
     @property
-    def films(self) -> bool:
-        """Whether a video is being recorded, whose pictures keep their size."""
+    def recording_video(self) -> bool:
+        """True while a video is recorded, during which the size of the picture stays."""
         return self._video is not None
 
+    @property
+    def recording_path(self) -> bool:
+        """True while a camera path is recorded."""
+        return self._recording is not None
+
     def free_name(self, suffix: str) -> Path:
-        """A file that is not there yet, nor about to be."""
+        """Return the name of a file that neither exists nor is being rendered."""
         return free_name(self.folder, self._session.origin.name, suffix, [job.path for job in self._pictures])
 
-    def draw(self, camera: Camera, path: Path, size: tuple[int, int], samples: int) -> bool:
-        """Begin a picture of what is seen now; returns whether it can be written."""
+    def render(self, camera: Camera, path: Path, size: tuple[int, int], samples: int) -> bool:
+        """Start rendering a picture of the current time; return True if the file can be written."""
         session = self._session
         try:
             check_writable(path)
             if any(job.path == path for job in self._pictures):
-                raise InputError(f"{path}: is being drawn; wait for it, or choose another name")
+                raise InputError(f"{path}: is being rendered; wait for it, or choose another name")
         except GreenswardError as error:
-            session.tell(str(error), bad=True)
+            session.notify(str(error), error=True)
             return False
         self._pictures.append(PictureJob(session.scene, camera, session.clock.time_s, path, size, samples))
         return True
 
-    def toggle_way(self) -> None:
-        """Record the way from now on, or stop and write it."""
-        if self._way is None:
-            self._way = PathRecorder()
+    def toggle_path(self) -> None:
+        """Start recording the camera path, or stop and write it."""
+        if self._recording is None:
+            self._recording = PathRecording()
             return
-        stations = self._way.stations
+        stations = self._recording.stations
         if len(stations) < 2:
-            self._way = None
+            self._recording = None
             return
         path = free_name(self.folder, f"{self._session.origin.name}-path", ".toml")
         try:
-            self._track = CameraPath.recorded(stations)
-            self._track.write(path)
+            self._recorded = CameraPath.recorded(stations)
+            self._recorded.write(path)
         except GreenswardError as error:
-            self._session.tell(f"{error}; the way is still being recorded", bad=True)
+            self._session.notify(f"{error}; the recording of the camera path goes on", error=True)
         else:
-            self._way = None
-            self._session.tell(f"Saved {path}. F7 goes it again; `greensward animate --camera-path` makes a clip")
+            self._recording = None
+            self._session.notify(f"Saved {path}. F7 plays it; `greensward animate --camera-path` renders a clip")
 
-    def toggle_playing(self) -> None:
-        """Go the recorded way again, or stop."""
-        if self._track is None:
-            self._session.tell("Record a way first. F5")
+    def toggle_playback(self) -> None:
+        """Start or stop moving the camera along the recorded path."""
+        if self._recorded is None:
+            self._session.notify("Record a camera path first: F5")
             return
-        self._playing_s = None if self._playing_s is not None else 0.0
+        self._playback_s = None if self._playback_s is not None else 0.0
 
     def play(self, seconds: float) -> None:
-        """Go on along the recorded way, if it is being gone."""
-        if self._track is None or self._playing_s is None:
+        """Advance the playback, if there is one."""
+        if self._recorded is None or self._playback_s is None:
             return
-        self._playing_s += min(seconds, _LONGEST_S)
-        self._session.walker.look_from(self._track.at(self._playing_s, self._session.scene.camera))
-        if self._playing_s > self._track.end_s:
-            self._playing_s = None
+        self._playback_s += min(seconds, _LONGEST_STEP_S)
+        self._session.controller.set_camera(self._recorded.at(self._playback_s, self._session.scene.camera))
+        if self._playback_s > self._recorded.end_s:
+            self._playback_s = None
 
-    def toggle_video(self, pane: Pane) -> None:
-        """Record what a pane shows from now on, or stop."""
+    def toggle_video(self, viewport: Viewport) -> None:
+        """Start or stop recording a video of a viewport."""
         if self._video is not None:
             self._stop_video()
             return
-        if pane.picture is None:
+        if viewport.picture is None:
             return
-        width, height = pane.picture[1]
-        size = max(width // 2 * 2, 2), max(height // 2 * 2, 2)  # as encoders want it
+        width, height = viewport.picture[1]
+        size = max(width // 2 * 2, 2), max(height // 2 * 2, 2)  # encoders want even edges
         path = self.free_name(".mp4")
         try:
             find_ffmpeg()
             check_video(path, size, VIDEO_FPS, None)
             self._video = VideoJob(path, size)
         except GreenswardError as error:
-            self._session.tell(str(error), bad=True)
+            self._session.notify(str(error), error=True)
 
     def _stop_video(self) -> None:
         video, self._video = self._video, None
@@ -111,51 +116,45 @@ class Recorder:
         try:
             video.finish()
         except GreenswardError as error:
-            self._session.tell(str(error), bad=True)
+            self._session.notify(str(error), error=True)
         else:
-            self._session.tell(f"Saved {video.path}, {video.seconds:.1f} s")
+            self._session.notify(f"Saved {video.path}, {video.seconds:.1f} s")
 
-    def take(self, camera: Camera, pane: Pane, seconds: float) -> None:
-        """So much time has passed, and this is seen now."""
-        if self._way is not None:
-            self._way.add(camera, seconds)
+    def add(self, camera: Camera, viewport: Viewport, seconds: float) -> None:
+        """Add a frame, drawn after this many seconds, to the recordings, and report pictures that are complete."""
+        if self._recording is not None:
+            self._recording.add(camera, seconds)
         if self._video is not None:
             try:
-                self._video.add(pane.read, seconds)
+                self._video.add(viewport.read, seconds)
             except GreenswardError as error:
-                self._session.tell(str(error), bad=True)
-                self._video.give_up()
+                self._session.notify(str(error), error=True)
+                self._video.cancel()
                 self._video = None
         for job in [job for job in self._pictures if not job.running]:
             self._pictures.remove(job)
-            self._session.tell(job.problem or f"Saved {job.path}", bad=job.problem is not None)
+            self._session.notify(job.problem or f"Saved {job.path}", error=job.problem is not None)
 
     @property
-    def running(self) -> set[str]:
-        """Names of actions that are under way."""
-        recording = {"record_path": self._way, "record_video": self._video, "play_path": self._playing_s}
-        return {name for name, on in recording.items() if on is not None}
-
-    @property
-    def working(self) -> list[str]:
-        """What goes on, in words."""
-        told = [f"{job.path.name}: {job.done} of {job.total} samples" for job in self._pictures]
+    def progress(self) -> list[str]:
+        """Lines about the renderings and recordings in progress."""
+        lines = [f"{job.path.name}: {job.done} of {job.total} samples" for job in self._pictures]
         if self._video is not None:
-            told.append(f"Recording a video, {self._video.seconds:.0f} s. F6 stops")
-        if self._way is not None:
-            told.append(f"Recording the way, {self._way.seconds:.0f} s. F5 stops")
-        return told
+            lines.append(f"Recording a video, {self._video.seconds:.0f} s. F6 stops")
+        if self._recording is not None:
+            lines.append(f"Recording the camera path, {self._recording.seconds:.0f} s. F5 stops")
+        return lines
 
     @property
     def would_be_lost(self) -> list[str]:
-        """What leaving now would lose, in words."""
-        told = [f"{job.path.name} is still being drawn." for job in self._pictures]
-        told += ["The way that is being recorded is not saved."] if self._way else []
-        return told + (["The video that is being recorded ends here."] if self._video else [])
+        """Sentences about the work that leaving now would lose."""
+        lines = [f"{job.path.name} is still being rendered." for job in self._pictures]
+        lines += ["The recorded camera path is not saved."] if self._recording else []
+        return lines + (["The recording of the video ends here."] if self._video else [])
 
     def stop(self) -> None:
-        """End what goes on. Of a picture that is not there yet, nothing is written."""
+        """Cancel pictures, which then leave no file, and complete the video."""
         for job in self._pictures:
-            job.stop()
+            job.cancel()
         if self._video is not None:
             self._stop_video()

@@ -1,4 +1,4 @@
-"""Where a scene comes from and goes to: its file, its text, and the files that it names."""
+"""Opening and saving of scenes: the file, its text, and the files that the scene names."""
 
 import hashlib
 import os
@@ -13,26 +13,26 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from greensward.io.rasters import read_rgba, written_aside
+from greensward.io.rasters import written_aside
 from greensward.library import load, presets
 from greensward.scene import InputError, Scene
 from greensward.scene.load import preset_file
 from greensward.scene.save import saved_text
-from greensward.viewer.fields import value_at, walk, with_value
+from greensward.viewer.fields import all_keys, value_at, with_value
 
 
 @dataclass(frozen=True)
 class Origin:
-    """What was opened: a file, or a preset, which is never written to."""
+    """Source of a scene: a file, or a preset, which is never written to."""
 
     name: str
     file: Path | None
     text: str | None
-    """The file, or the preset's, as it was read; a scene that is saved keeps its comments."""
+    """Text of the file or preset as it was read; saving keeps its comments."""
 
 
-def opened(source: str) -> tuple[Scene, Origin]:
-    """The scene of a preset's name, a file or a folder. Raises `SceneError`."""
+def open_scene(source: str) -> tuple[Scene, Origin]:
+    """Load the scene of a preset's name, a file or a folder. Raises `SceneError`."""
     scene = load(source)
     if source in presets():
         return scene, Origin(source, None, _text(preset_file(source)))
@@ -46,7 +46,7 @@ def _text(path: Path) -> str:
 
 
 def changed_elsewhere(origin: Origin) -> bool:
-    """Whether someone else has written the file since it was read or saved."""
+    """Return True if another program has written the file since it was read or saved."""
     if origin.file is None:
         return False
     try:
@@ -57,83 +57,78 @@ def changed_elsewhere(origin: Origin) -> bool:
         return True
 
 
-def is_there(path: Path) -> bool:
-    """Whether there is such a file; one that cannot be asked for is not."""
+def exists(path: Path) -> bool:
+    """Return True if the file exists; False as well if the system cannot tell."""
     try:
         return path.exists()
     except OSError:
         return False
 
 
-def typed(text: str, ending: str) -> Path | None:
-    """The file that someone names, with this ending if they give none; None where that is no file's name."""
+def entered_path(text: str, suffix: str) -> Path | None:
+    """Return the path that a user entered, with this suffix if it has none; None if it cannot name a file."""
     text = text.strip()
     try:
         path = Path(text).expanduser()
         if not text or text.endswith(("/", os.sep)) or path.is_dir():
             return None
-        path = path if path.suffix else path.with_suffix(ending)
+        path = path if path.suffix else path.with_suffix(suffix)
         path.exists()
     except (OSError, ValueError, RuntimeError):  # too long a name, no name, no such user
         return None
     return path
 
 
-def legible(text: str) -> str:
-    """A text that can be shown; names of files may hold bytes that are no characters."""
+def printable(text: str) -> str:
+    """Replace what cannot be shown: names of files may hold bytes that are not characters."""
     return text.encode(errors="replace").decode()
 
 
-def text_of(scene: Scene, original: str | None) -> str:
-    """The scene as TOML; with the comments and the order of the text that it was opened from."""
-    return saved_text(original, scene)
-
-
 def save(scene: Scene, path: Path, original: str | None) -> tuple[Scene, str]:
-    """Write a scene and what it names that is elsewhere; returns it as it was written, and its text.
+    """Write a scene, and copy the files that it names beside it; return the scene as written, and its text.
 
-    Raises `InputError` where that cannot be done; then nothing is half-written.
+    The text keeps comments and order of `original`. Raises `InputError` on failure, and then leaves no partial file.
     """
     if path.suffix.lower() != ".toml":
         raise InputError(f"{path}: the file's name must end in .toml")
     if not path.parent.is_dir():
-        raise InputError(f"{path}: there is no folder {path.parent}; make it first")
-    if path.exists() and not os.access(path, os.W_OK):  # a file put in its place would not ask
+        raise InputError(f"{path}: the folder {path.parent} does not exist; create it first")
+    if path.exists() and not os.access(path, os.W_OK):  # a rename replaces it all the same
         raise InputError(f"{path}: is write-protected; save under another name")
     moved = _with_files_beside(scene, path)
-    text = text_of(moved, original)
-    _check_that_it_loads(text, path)
+    text = saved_text(original, moved)
+    _check_loadable(text, path)
     with written_aside(path) as stream:
         stream.write(text.encode())
     return moved.in_folder(path.parent), text
 
 
-def _check_that_it_loads(text: str, path: Path) -> None:
-    """What cannot be read again must not take a good file's place."""
+def _check_loadable(text: str, path: Path) -> None:
+    """Refuse to replace a valid file by one that cannot be loaded."""
     try:
         Scene.model_validate(tomllib.loads(text.removeprefix("\ufeff")))
     except ValueError as error:
         reason = "; ".join(str(error).splitlines()[:3])
-        raise InputError(f"{path}: not written, as the scene could not be read again: {reason}") from None
+        raise InputError(f"{path}: not written, as the scene could not be loaded again: {reason}") from None
 
 
 def _with_files_beside(scene: Scene, path: Path) -> Scene:
-    """The scene, the files that it names found from the folder of `path`; they are copied there if need be."""
+    """Return the scene with file names relative to the folder of `path`; files outside it are copied there."""
     folder = path.parent.resolve()
     beside = folder / f"{path.stem}-files"
-    for at, spec in list(walk(scene)):
+    for at, spec in list(all_keys(scene)):
         held = value_at(scene, at)
         if not spec.files or not held:
             continue
         names = [held] if isinstance(held, str) else list(held)
-        kept = [_kept(scene.resolve(name).resolve(), folder, beside) for name in names]
-        if kept != names:
-            scene = with_value(scene, at, kept[0] if isinstance(held, str) else tuple(kept))
+        moved = [_file_in(scene.resolve(name).resolve(), folder, beside) for name in names]
+        if moved != names:
+            scene = with_value(scene, at, moved[0] if isinstance(held, str) else tuple(moved))
     return scene
 
 
-def _kept(file: Path, folder: Path, beside: Path) -> str:
-    """How a scene in `folder` names a file, which is copied if it lies elsewhere."""
+def _file_in(file: Path, folder: Path, beside: Path) -> str:
+    """Return the name of a file relative to `folder`; a file outside it is copied to `beside`."""
     if file.is_relative_to(folder):
         return file.relative_to(folder).as_posix()
     copy = beside / file.name
@@ -147,19 +142,14 @@ def _kept(file: Path, folder: Path, beside: Path) -> str:
     return copy.relative_to(folder).as_posix()
 
 
-def write_map(path: Path, canvas: npt.NDArray[np.uint8]) -> None:
-    """Write a density map; quickly, as every stroke does."""
+def write_map(path: Path, density_map: npt.NDArray[np.uint8]) -> None:
+    """Write a density map with fast compression, as after every stroke."""
     with written_aside(path) as stream:
-        Image.fromarray(canvas).save(stream, "PNG", compress_level=1)
-
-
-def same_picture(path: Path, canvas: npt.NDArray[np.uint8]) -> bool:
-    """Whether a file holds this picture."""
-    return bool(np.array_equal(read_rgba(path)[..., :3], canvas))
+        Image.fromarray(density_map).save(stream, "PNG", compress_level=1)
 
 
 def free_name(folder: Path, stem: str, suffix: str, taken: Iterable[Path] = ()) -> Path:
-    """A file that is neither there nor `taken`: `meadow-001.png`, then `meadow-002.png`."""
+    """Return a file name that is neither used nor `taken`: `meadow-001.png`, then `meadow-002.png`."""
     stem = re.sub(r"[^\w-]+", "-", stem).strip("-") or "scene"
     numbers = (
         int(found[1])
@@ -167,12 +157,3 @@ def free_name(folder: Path, stem: str, suffix: str, taken: Iterable[Path] = ()) 
         if p.parent == folder and (found := re.fullmatch(rf"{re.escape(stem)}-(\d+){re.escape(suffix)}", p.name))
     )
     return folder / f"{stem}-{max(numbers, default=0) + 1:03d}{suffix}"
-
-
-def is_toml(text: str) -> bool:
-    """Whether a text is TOML at all."""
-    try:
-        tomllib.loads(text)
-    except (ValueError, RecursionError):
-        return False
-    return True

@@ -1,4 +1,4 @@
-"""The time of day as the place of the sun, on a day in May at 48° north."""
+"""Time of day from the position of the sun, on a day in May at 48° north."""
 
 import functools
 import math
@@ -8,7 +8,7 @@ EARLIEST_H, LATEST_H = 4.0, 20.5
 
 
 def sun_at(hour: float) -> tuple[float, float]:
-    """Azimuth, clockwise from north, and elevation of the sun in degrees at a solar hour of 0 to 24."""
+    """Return azimuth, clockwise from north, and elevation of the sun in degrees at a solar hour of 0 to 24."""
     angle = math.radians(15.0 * (hour - 12.0))
     sine = math.sin(_LATITUDE) * math.sin(_DECLINATION) + math.cos(_LATITUDE) * math.cos(_DECLINATION) * math.cos(
         angle
@@ -22,11 +22,11 @@ def sun_at(hour: float) -> tuple[float, float]:
 
 @functools.lru_cache(maxsize=1)
 def hour_of(azimuth_deg: float, elevation_deg: float) -> float:
-    """The hour at which the sun comes nearest to a place in the sky."""
+    """Return the hour at which the sun comes nearest to a direction."""
 
-    def away(hour: float) -> float:
+    def distance(hour: float) -> float:
         azimuth, elevation = sun_at(hour)
-        aside = math.radians((azimuth - azimuth_deg + 180.0) % 360.0 - 180.0)
-        return (elevation - elevation_deg) ** 2 + math.degrees(aside * math.cos(math.radians(elevation))) ** 2
+        across = math.radians((azimuth - azimuth_deg + 180.0) % 360.0 - 180.0)
+        return (elevation - elevation_deg) ** 2 + math.degrees(across * math.cos(math.radians(elevation))) ** 2
 
-    return min((EARLIEST_H + (LATEST_H - EARLIEST_H) * i / 480.0 for i in range(481)), key=away)
+    return min((EARLIEST_H + (LATEST_H - EARLIEST_H) * i / 480.0 for i in range(481)), key=distance)

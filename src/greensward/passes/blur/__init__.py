@@ -1,18 +1,21 @@
-"""A blur that grows with distance, against the noise of far grass."""
+"""Separable blur that grows with distance, against the noise of far grass."""
 
 import moderngl
 
-from greensward.gpu.pixel_pass import PixelPass, Shell
-from greensward.passes.gbuffer import GBuffer
+from greensward.gpu.device import Device, Stage
+from greensward.gpu.full_screen import FullScreenPass
+from greensward.gpu.kernels import Bindings
 
 
 class Blur:
-    """Blurs lit pictures by their depth, rows and then columns. Reads the `Light` block that lighting bound."""
+    """Blurs lit pictures by their depth, rows and then columns."""
 
-    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], shell: Shell) -> None:
-        self._ctx = ctx
+    def __init__(self, device: Device, bindings: Bindings, size: tuple[int, int], stage: Stage) -> None:
+        self._ctx = device.ctx
         self._passes = [
-            PixelPass(ctx, "passes/blur/blur.glsl", ["f4"], shell=shell, defines={"ALONG": along})
+            FullScreenPass(
+                device, "passes/blur/blur.glsl", ["f4"], stage=stage, defines={"ALONG": along}, bindings=bindings
+            )
             for along in ("1, 0", "0, 1")
         ]
         self._allocate(size)
@@ -22,12 +25,10 @@ class Blur:
         for texture in self._targets:
             texture.repeat_x = texture.repeat_y = False
 
-    def run(self, radiance: moderngl.Texture, gbuffer: GBuffer) -> moderngl.Texture:
-        """The blurred picture; it is kept until the next."""
-        gbuffer.depth.use(14)
+    def run(self, radiance: moderngl.Texture) -> moderngl.Texture:
+        """Blur a picture; the result stays until the next."""
         for step, target in zip(self._passes, self._targets, strict=True):
-            radiance.use(10)
-            step.run(target)
+            step.run(target, radiance=radiance)
             radiance = target
         return radiance
 

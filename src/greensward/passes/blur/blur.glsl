@@ -1,9 +1,9 @@
-// Blurs what is far, along one axis (Jahrmann & Wimmer 2013, section 6.4): of seven pixels in a row two each share a look-up
+// Depth-weighted separable blur of what is far, along one axis (Jahrmann & Wimmer 2013, section 6.4): of seven pixels in a row two each share a look-up
 // between them, so that both axes take ten look-ups.
-#include "block/Light"
+#include "layout/Light"
+#include "shaders/gbuffer.glsl"
 
-layout(binding = 10) uniform sampler2D radiance;
-layout(binding = 14) uniform sampler2D gDepth;
+uniform sampler2D radiance;
 
 const float NEARER = 0.5;  // of the depth at the middle: what is nearer than that must not spread over it
 
@@ -28,12 +28,12 @@ vec4 tap(ivec2 pixel, float steps, float weight, float least_m) {
     ivec2 inner = pixel + int(floor(abs(steps)) * sign(steps)) * along, outer = pixel + int(ceil(abs(steps)) * sign(steps)) * along;
     inner = clamp(inner, ivec2(0), size - 1);
     outer = clamp(outer, ivec2(0), size - 1);
-    bool nearer = min(texelFetch(gDepth, inner, 0).r, texelFetch(gDepth, outer, 0).r) < least_m;
+    bool nearer = min(depthAt(inner), depthAt(outer)) < least_m;
     return nearer ? vec4(0.0) : weight * vec4(textureLod(radiance, at, 0.0).rgb, 1.0);
 }
 
 bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
-    float depth_m = texelFetch(gDepth, pixel, 0).r, least_m = NEARER * depth_m;
+    float depth_m = depthAt(pixel), least_m = NEARER * depth_m;
     vec3 w = weights(depthValue(depth_m, light.blur_near_m, light.blur_far_m), light.blur == 2);
     vec4 sum = w.x * vec4(texelFetch(radiance, pixel, 0).rgb, 1.0);
     // where the filter between two pixels weighs them as they should be

@@ -1,11 +1,11 @@
 // A picture on a strip of two quads that stands on its stem and turns about it to the viewer.
-#include "block/View"
+#include "layout/View"
 #include "shaders/bezier.glsl"
-#include "passes/flowers/flower.glsl"
+#include "layout/Flower"
 
-layout(std430, binding = 0) readonly buffer Flowers { Flower flowers[]; };
+layout(std430) readonly buffer Flowers { Flower flowers[]; };
 
-uniform int firstFlower;
+uniform int first_flower;
 uniform int layer;
 
 out vec3 uv;
@@ -17,7 +17,7 @@ flat out float tint;
 #endif
 
 void main() {
-    Flower f = flowers[firstFlower + gl_InstanceID];
+    Flower f = flowers[first_flower + gl_InstanceID];
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     if (f.root.w <= 0.0 || f.root.y < view.clip_below_m) return;
     float v = 0.5 * float(gl_VertexID >> 1), across = float(gl_VertexID & 1) - 0.5;
@@ -32,9 +32,9 @@ void main() {
     uv = vec3(across + 0.5, v, float(layer));
 #ifndef SHADOW
     position_rs = position;
-    vec3 before = root + bezierPoint(vec3(0.0), f.controlBefore.xyz, f.tipBefore.xyz, v) + offset;
+    vec3 before = root + bezierPoint(vec3(0.0), f.control_before.xyz, f.tip_before.xyz, v) + offset;
     previousClip = view.previous_clip_from_relative * vec4(before, 1.0);
-    flower = uint(firstFlower + gl_InstanceID);
+    flower = uint(first_flower + gl_InstanceID);
     tint = f.tip.w;
 #endif
 }

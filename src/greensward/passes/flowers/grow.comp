@@ -1,16 +1,16 @@
-// One plant for each cell of a grid around the camera: in closed form, so that the same plant stands at the same place
+// One plant for each cell of a grid around the camera: procedural, so that the same plant stands at the same place
 // whatever the camera, and nothing is stored.
 #include "sowing/sward.glsl"
-#include "motion/posture.glsl"
-#include "passes/flowers/flower.glsl"
+#include "motion/pose.glsl"
+#include "layout/Flower"
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) writeonly buffer Flowers { Flower flowers[]; };
+layout(std430) writeonly buffer Flowers { Flower flowers[]; };
 
-uniform ivec2 firstCell;
+uniform ivec2 first_cell;
 uniform ivec2 cells;
-uniform int firstFlower;
+uniform int first_flower;
 uniform float cell_m;
 uniform uint salt;
 uniform vec2 height_m;
@@ -19,8 +19,8 @@ uniform float patchiness;
 uniform float stiffness;
 uniform float reach_m;
 uniform vec3 focus_ws;
-uniform float timeNow;
-uniform float timePrevious;
+uniform float time_s;
+uniform float previous_time_s;
 
 Flower nothing() { return Flower(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0)); }
 
@@ -49,11 +49,11 @@ Flower growIn(ivec2 cell) {
     b.width = 0.01;
     b.up = packSnorm2x16(octahedralEncode(vec3(0.0, 1.0, 0.0)));
     b.stiffness = stiffness;
-    b.look = 0u;
+    b.flags = 0u;
     b.chance = packUnorm2x16(vec2(0.5, unit(more.z)));
     vec3 control, tip, controlBefore, tipBefore;
-    stand(b, timeNow, control, tip);
-    stand(b, timePrevious, controlBefore, tipBefore);
+    bentControlPoints(b, time_s, control, tip);
+    bentControlPoints(b, previous_time_s, controlBefore, tipBefore);
     float mirrored = unit(more.z) < 0.5 ? -1.0 : 1.0;
     return Flower(vec4(root, height), vec4(control, mirrored * aspect * height), vec4(tip, unit(more.y)),
                   vec4(controlBefore, 0.0), vec4(tipBefore, 0.0));
@@ -62,5 +62,5 @@ Flower growIn(ivec2 cell) {
 void main() {
     int index = int(gl_GlobalInvocationID.x);
     if (index >= cells.x * cells.y) return;
-    flowers[firstFlower + index] = growIn(firstCell + ivec2(index % cells.x, index / cells.x));
+    flowers[first_flower + index] = growIn(first_cell + ivec2(index % cells.x, index / cells.x));
 }

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
-from greensward.io.rasters import decoded, read_rgba
+from greensward.io.rasters import decoded, encoded, read_rgba
 from greensward.scene import Flowers, InputError, Scene
 from greensward.scene.base import linear
 
@@ -92,7 +92,7 @@ def _head(
     random: np.random.Generator,
 ) -> None:
     draw = ImageDraw.Draw(picture)
-    petal, heart = (np.array(linear(colour)) ** (1 / 2.2) * 255 for colour in (flowers.colour, flowers.heart_colour))
+    petal, heart = (encoded(np.array(linear(colour))) * 255 for colour in (flowers.colour, flowers.heart_colour))
     flat = 0.72  # seen from above by less than a right angle
     along = np.linspace(0.0, 1.0, 20)
     # those behind first

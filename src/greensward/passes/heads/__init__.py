@@ -1,64 +1,67 @@
-"""Flower and seed heads at the tips of blades that carry one: small geometry, one instance a head."""
+"""Flower and seed heads at the tips of blades that carry one: small meshes, one instance a head."""
 
 import moderngl
 
 from greensward.culling import distance_defines
-from greensward.gpu.program import build
+from greensward.culling.visible import HEAD_PX
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Draw
+from greensward.gpu.layouts import struct
 from greensward.gpu.view import View
 from greensward.passes.heads.meshes import LEVELS, head_meshes
 from greensward.sowing import Page
-from greensward.world import CHUNKS, HEAD_PX, HEADS, MESHES, SOWN, World
+from greensward.world import World
 
 _FOLDER = "passes/heads"
+_VERTEX = struct("HeadVertex", ("place", "vec4"), ("normal", "vec4"))
 
 
 class Heads:
     """Draws the heads of the field's blades, in full near the camera and simply beyond."""
 
-    def __init__(self, ctx: moderngl.Context, world: World) -> None:
-        self._ctx, self._world = ctx, world
+    def __init__(self, device: Device, world: World) -> None:
+        self._world = world
         levels = ", ".join(f"ivec2({first}, {vertices})" for first, vertices in LEVELS)
         shared: dict[str, object] = {"LEVELS": levels, **distance_defines(world.scene.culling)}
         if growth := world.scene.growth:
             # a head is as large as its blade's height is near to what it comes to in the end
             shared["FULL_HEIGHT"] = float(growth.height[-1][1] or 1.0)
-        self._arrays = {
-            purpose: ctx.vertex_array(
-                build(ctx, f"{_FOLDER}/head.vert", f"{_FOLDER}/head.frag", defines={**defines, **shared}), []
-            )
+        stages = f"{_FOLDER}/head.vert", f"{_FOLDER}/head.frag"
+        self._draws = {
+            purpose: Draw(device, *stages, defines={**defines, **shared}, bindings=world.bindings)
             for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
         }
-        for array in self._arrays.values():
-            array.program["levelPx"] = HEAD_PX
-        self._meshes = ctx.buffer(head_meshes().tobytes())
+        meshes = head_meshes()
+        assert meshes.shape[-1] * meshes.itemsize == _VERTEX.dtype.itemsize
+        self._meshes = device.ctx.buffer(meshes.tobytes())
 
     def draw(self, view: View) -> None:
         """Draw every head that the view may show."""
-        array = self._arrays[view.purpose]
-        program = array.program
-        for seen in self._world.seen(view):
-            page = seen.page
+        draw = self._draws[view.purpose]
+        chunks = self._world.visible.chunks.buffer
+        for each in self._world.visible.of(view):
+            page = each.page
             if not isinstance(page, Page):
                 continue
-            for level, (heads, (_, vertices)) in enumerate(zip(seen.heads, LEVELS, strict=True)):
-                if not heads.count:
-                    continue
-                page.bind()
-                self._world.chunks.bind(CHUNKS)
-                page.heads.bind_to_storage_buffer(HEADS)
-                self._meshes.bind_to_storage_buffer(MESHES)
-                program["finestLevel"] = level
-                program["firstChunk"] = heads.first
-                if page.sown is not None:
-                    page.sown.bind_to_storage_buffer(SOWN)
-                if view.purpose == "picture":
-                    program["firstId"] = page.first_id
-                    program["previousFromNow"] = tuple(view.relative(page.previous_from_now).T.ravel())
-                array.render(moderngl.TRIANGLES, vertices=vertices, instances=heads.count)
+            values = {**page.bindings, "Chunks": chunks, "Heads": page.heads, "Meshes": self._meshes}
+            if page.sown is not None:
+                values["Sown"] = page.sown
+            for level, (heads, (_, vertices)) in enumerate(zip(each.heads, LEVELS, strict=True)):
+                if heads.count:
+                    draw.run(
+                        moderngl.TRIANGLES,
+                        vertices,
+                        heads.count,
+                        **values,
+                        level_px=HEAD_PX,
+                        finest_level=level,
+                        first_chunk=heads.first,
+                        first_blade_id=page.first_id,
+                        previous_from_now=view.relative(page.previous_from_now),
+                    )
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for array in self._arrays.values():
-            array.program.release()
-            array.release()
+        for draw in self._draws.values():
+            draw.release()
         self._meshes.release()

@@ -1,24 +1,23 @@
-#include "culling/presence.glsl"
+// Head of a blade: an instance of a mesh whose level of detail follows its size on the screen.
+#include "culling/level_of_detail.glsl"
+#include "culling/chunks.glsl"
+#include "layout/HeadVertex"
 #include "shaders/bezier.glsl"
 
-struct Corner { vec4 place; vec4 normal; };
-
-layout(std430, binding = 0) readonly buffer Blades { Blade blades[]; };
-layout(std430, binding = 1) readonly buffer Postures { Posture postures[]; };
-layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
-layout(std430, binding = 3) readonly buffer Heads { uint heads[]; };
-layout(std430, binding = 4) readonly buffer Meshes { Corner corners[]; };
+layout(std430) readonly buffer Blades { Blade blades[]; };
+layout(std430) readonly buffer Poses { Pose poses[]; };
+layout(std430) readonly buffer Heads { uint heads[]; };
+layout(std430) readonly buffer Meshes { HeadVertex mesh[]; };
 #ifdef FULL_HEIGHT
-layout(std430, binding = 6) readonly buffer Sown { Blade sown[]; };
+layout(std430) readonly buffer Sown { Blade sown[]; };
 #endif
 
 const ivec2 levels[3] = ivec2[3](LEVELS);  // first vertex and vertices of each, the finest first
 const int VERTICES = levels[2].x + levels[2].y;
 const float FIRST_FLOWER = 3.0;  // panicle and spike are seed heads
 
-uniform int finestLevel;
-uniform vec2 levelPx;
-uniform int firstChunk;
+uniform int finest_level;
+uniform vec2 level_px;
 
 #ifndef SHADOW
 out vec3 position_rs;
@@ -28,15 +27,15 @@ out vec4 previousClip;
 flat out uint blade;
 flat out uint isFlower;
 
-uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago, in relative space
+uniform mat4 previous_from_now;  // where a point of what the blade grows on was a frame ago, in relative space
 #endif
 
 void main() {
-    uint index = heads[chunks[firstChunk + gl_InstanceID].x];
+    uint index = heads[chunks[first_chunk + gl_InstanceID].first];
     Blade b = blades[index];
     vec3 root = bladeRoot(b) - view.origin_ws.xyz;
     float away = distance(bladeRoot(b), view.camera_ws.xyz);
-    float here = presence(b, away);
+    float fade = lodFade(b, away);
     int kindOfGrass = bladeSpecies(b);
     float kind = species(kindOfGrass, MIX).w;
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
@@ -46,24 +45,24 @@ void main() {
 #else
     const float ripe = 1.0;
 #endif
-    if (here * ripe <= 0.0) return;
+    if (fade * ripe <= 0.0) return;
 
     bool flower = kind >= FIRST_FLOWER;
     float random = bladeRandom(b), other = fract(random * 57.31);
     vec3 v1, v2;
-    unpackPosture(postures[index].now, root, v1, v2);
-    vec3 tip = mix(root, v2, here);
+    unpackPose(poses[index].now, root, v1, v2);
+    vec3 tip = mix(root, v2, fade);
     float size = mix(species(kindOfGrass, HEAD).w, species(kindOfGrass, HEART).w, other);
     float depth = dot(view.axis_rs.xyz, tip) + view.axis_rs.w;
     float pixel = view.pixel_m.x * max(depth, 0.02) + view.pixel_m.y;
     float thick = flower ? 1.2 : 0.6, breadth = flower ? 1.0 : 0.4;
     // few heads stand for many far away, but a flower must not grow into a cabbage
-    float grown = min(pow(max(keptShare(away) * view.density, 1e-6), -0.25), flower ? 1.8 : 1.0);
-    size = max(size * grown, (flower ? 1.1 : 0.7) * pixel / thick) * here * ripe;
+    float grown = min(pow(max(sownCoverage(away) * view.density, 1e-6), -0.25), flower ? 1.8 : 1.0);
+    size = max(size * grown, (flower ? 1.1 : 0.7) * pixel / thick) * fade * ripe;
 
-    int level = max(finestLevel, breadth * size > levelPx.x * pixel ? 0 : breadth * size > levelPx.y * pixel ? 1 : 2);
+    int level = max(finest_level, breadth * size > level_px.x * pixel ? 0 : breadth * size > level_px.y * pixel ? 1 : 2);
     if (gl_VertexID >= levels[level].y) return;
-    Corner corner = corners[int(kind) * VERTICES + levels[level].x + gl_VertexID];
+    HeadVertex corner = mesh[int(kind) * VERTICES + levels[level].x + gl_VertexID];
     if (corner.normal.xyz == vec3(0.0)) return;  // padding of the mesh
 
     vec3 up = bladeUp(b), tangent = normalize(v2 - v1);
@@ -83,8 +82,8 @@ void main() {
 #ifndef SHADOW
     position_rs = tip + offset;
     vec3 previousControl, previousTip;
-    unpackPosture(postures[index].previous, root, previousControl, previousTip);
-    vec4 previous_rs = previousFromNow * vec4(mix(root, previousTip, here) + offset, 1.0);
+    unpackPose(poses[index].previous, root, previousControl, previousTip);
+    vec4 previous_rs = previous_from_now * vec4(mix(root, previousTip, fade) + offset, 1.0);
     previousClip = view.previous_clip_from_relative * previous_rs;
     normal_ws = frame * corner.normal.xyz;
     float tint = bladeTint(b) - 0.5;

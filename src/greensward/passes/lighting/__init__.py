@@ -1,12 +1,14 @@
-"""Light for every pixel of the G-buffer, once, the same for every technique."""
+"""Deferred lighting: light for every pixel of the G-buffer, once, the same for every technique."""
 
 from collections.abc import Sequence
 
 import moderngl
 import numpy as np
 
-from greensward.gpu.blocks import BlockBuffer
-from greensward.gpu.pixel_pass import PixelPass, Shell
+from greensward.gpu.device import Device, Stage
+from greensward.gpu.full_screen import FullScreenPass
+from greensward.gpu.kernels import Bindings
+from greensward.gpu.layouts import BlockBuffer
 from greensward.gpu.view import View
 from greensward.passes.gbuffer import GBuffer
 from greensward.passes.light import LIGHT_BLOCK, exposure, light_values
@@ -18,11 +20,16 @@ from greensward.scene import Scene
 class Lighting:
     """Sun, sky, shadows and air over a G-buffer, into linear radiance."""
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene, size: tuple[int, int], shell: Shell | None) -> None:
-        self._ctx = ctx
-        self._pass = PixelPass(ctx, "passes/lighting/lighting.glsl", ["f2"], shell=shell)
-        self._sky = SkyTable(ctx, shell)
-        self._block = BlockBuffer(ctx, LIGHT_BLOCK)
+    def __init__(
+        self, device: Device, bindings: Bindings, scene: Scene, size: tuple[int, int], stage: Stage | None
+    ) -> None:
+        self._ctx = device.ctx
+        self._pass = FullScreenPass(device, "passes/lighting/lighting.glsl", ["f2"], stage=stage, bindings=bindings)
+        self._block = BlockBuffer(device.ctx, LIGHT_BLOCK)
+        self._sky = SkyTable(device, self._block, stage)
+        self._bindings: Bindings = {"Light": self._block, "sky_table": self._sky.texture}
+        """Light and sky, by their names in shaders; what the frame shares when this picture is lit."""
+        self._shared = bindings
         self.relight(scene)
         self._allocate(size)
         self._shadow_views: Sequence[View] | None = None
@@ -30,7 +37,7 @@ class Lighting:
     def relight(self, scene: Scene) -> None:
         """Take the sun, the air and the exposure of a scene from now on."""
         self._block.set(**light_values(scene))  # type: ignore[arg-type]
-        harmonics = self._sky.fill(self._block)
+        harmonics = self._sky.fill()
         up = _irradiance_up(harmonics)
         self._block.set(
             sky_sh=np.pad(harmonics, ((0, 0), (0, 1))),
@@ -41,7 +48,7 @@ class Lighting:
     def shade(
         self, gbuffer: GBuffer, shadows: ShadowMaps, shadow_views: Sequence[View], sample: int
     ) -> moderngl.Texture:
-        """Radiance of every pixel, RGBA half floats."""
+        """Light every pixel: radiance, RGBA half floats. Passes after it share its light and sky."""
         if shadow_views is not self._shadow_views:
             self._shadow_views = shadow_views
             matrices, texels = np.tile(np.eye(4), (4, 1, 1)), np.ones(4)
@@ -49,10 +56,7 @@ class Lighting:
                 matrices[i], texels[i] = shadow_from_world(shadow_view), shadow_view.pixel_m[1]
             self._block.set(shadow_from_world=matrices, shadow_texel_m=texels, cascades=len(shadow_views))
         self._block.set(sample_index=sample)
-        self._block.bind()
-        self._sky.bind()
-        shadows.bind()
-        gbuffer.bind()
+        self._shared.update({**gbuffer.bindings, **shadows.bindings, **self._bindings})
         self._pass.run(self._radiance)
         return self._radiance
 

@@ -1,21 +1,19 @@
-// Light for every pixel of the G-buffer, once, the same for every technique.
+// Deferred lighting: every pixel of the G-buffer once, the same for every technique.
 #include "shaders/gbuffer.glsl"
 #include "passes/sky/surroundings.glsl"
 #include "ground/ground.glsl"
 
-layout(binding = 5) uniform sampler2DShadow shadow0;
-layout(binding = 6) uniform sampler2DShadow shadow1;
-layout(binding = 7) uniform sampler2DShadow shadow2;
-layout(binding = 8) uniform sampler2DShadow shadow3;
-layout(binding = 10) uniform sampler2D gColour;
-layout(binding = 11) uniform sampler2D gNormal;
+uniform sampler2DShadow shadow_map0;
+uniform sampler2DShadow shadow_map1;
+uniform sampler2DShadow shadow_map2;
+uniform sampler2DShadow shadow_map3;
 
 float tap(int cascade, vec3 at) {
     switch (cascade) {
-        case 0: return texture(shadow0, at);
-        case 1: return texture(shadow1, at);
-        case 2: return texture(shadow2, at);
-        default: return texture(shadow3, at);
+        case 0: return texture(shadow_map0, at);
+        case 1: return texture(shadow_map1, at);
+        case 2: return texture(shadow_map2, at);
+        default: return texture(shadow_map3, at);
     }
 }
 
@@ -25,8 +23,8 @@ float ditherAt(ivec2 pixel) {
     return fract(52.9829189 * fract(dot(p, vec2(0.06711056, 0.00583715))));
 }
 
-// Sunlight that arrives, softened over a disk of texels turned per pixel. On a surface broader
-// than the taps, the depth compared with follows its plane from tap to tap (Isidoro 2006, "Shadow Mapping: GPU-based
+// Sunlight that arrives, from cascaded shadow maps by percentage-closer filtering (Reeves, Salesin & Cook 1987) over a disk of
+// texels turned per pixel. On a surface broader than the taps, the depth compared with follows its plane from tap to tap (Isidoro 2006, "Shadow Mapping: GPU-based
 // Tips and Techniques"), or a low sun would shade the ground with itself.
 float sunlit(vec3 p, vec3 normal, bool broad, float turn) {
     for (int i = 0; i < light.cascades; i++) {
@@ -45,7 +43,7 @@ float sunlit(vec3 p, vec3 normal, bool broad, float turn) {
             slope = clamp(-inLight.xy / min(inLight.z, -1e-4), vec2(-16.0), vec2(16.0)) * step(inLight.z, 0.0);
         }
         float sum = 0.0;
-        float perTexel = 1.0 / float(textureSize(shadow0, 0).x);
+        float perTexel = 1.0 / float(textureSize(shadow_map0, 0).x);
         for (int k = 0; k < 6; k++) {
             float r = sqrt((float(k) + 0.5) / 6.0) * 1.8 * perTexel;
             float angle = 2.39996323 * float(k) + 6.2831853 * turn;
@@ -76,17 +74,17 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     }
     vec3 p = worldAt(pixel);
 
-    vec4 c = texelFetch(gColour, pixel, 0), n4 = texelFetch(gNormal, pixel, 0);
+    vec4 c = texelFetch(gbuffer_colour, pixel, 0), n4 = texelFetch(gbuffer_normal, pixel, 0);
     vec3 albedo = c.rgb * c.rgb, n = octahedralDecode(n4.xy);
     float transmittance = c.w, open = n4.z, roughness = n4.w;
     vec3 toSun = light.to_sun.xyz, sun = light.sun_here.rgb;
     float nl = dot(n, toSun);
 
     // far turf is shaded as a wall of blades, but lies as the ground does
-    bool onGround = classAt(pixel) == CLASS_GROUND;
-    vec3 lie = onGround ? groundNormal(p.xz) : n;
-    float lit = sunlit(p, lie, onGround || classAt(pixel) == CLASS_OBJECT, ditherAt(pixel));
-    if (onGround) lit *= smoothstep(-0.04, 0.2, dot(lie, toSun));
+    bool on_ground = classAt(pixel) == CLASS_GROUND;
+    vec3 lie = on_ground ? groundNormal(p.xz) : n;
+    float lit = sunlit(p, lie, on_ground || classAt(pixel) == CLASS_OBJECT, ditherAt(pixel));
+    if (on_ground) lit *= smoothstep(-0.04, 0.2, dot(lie, toSun));
     // the map is coarser than a blade: deep in the sward less sun arrives than it tells
     lit *= mix(0.35, 1.0, smoothstep(0.0, 0.75, open));
 

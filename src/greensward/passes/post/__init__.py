@@ -1,25 +1,28 @@
-"""From radiance to the picture: exposure and tone, averaged over samples, encoded; or into a caller's framebuffer."""
+"""Tone mapping: from radiance to the picture, averaged over samples and encoded, or into a host's framebuffer."""
 
 import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.pixel_pass import PixelPass, Shell
-from greensward.gpu.program import build
-from greensward.passes.gbuffer import GBuffer
+from greensward.gpu.device import Device, Stage
+from greensward.gpu.full_screen import FullScreenPass
+from greensward.gpu.kernels import Bindings, Draw
 from greensward.scene import Camera
 
 
 class Post:
-    """Tone mapping, accumulation and encoding. Reads the `Light` block that lighting bound."""
+    """Tone mapping, accumulation and encoding."""
 
-    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], shell: Shell | None, *, averaged: bool) -> None:
-        self._ctx = ctx
+    def __init__(
+        self, device: Device, bindings: Bindings, size: tuple[int, int], stage: Stage | None, *, averaged: bool
+    ) -> None:
+        self._ctx = device.ctx
         defines = {"AVERAGED": int(averaged)}
-        self._tone = PixelPass(ctx, "passes/post/tone.glsl", ["f4"], shell=shell, defines=defines)
-        self._encode = PixelPass(ctx, "passes/post/encode.glsl", ["f1"], shell=shell)
-        program = build(ctx, "shaders/screen.vert", "passes/post/blit.frag")
-        self._blit = ctx.vertex_array(program, [])
+        self._tone = FullScreenPass(
+            device, "passes/post/tone.glsl", ["f4"], stage=stage, defines=defines, bindings=bindings
+        )
+        self._encode = FullScreenPass(device, "passes/post/encode.glsl", ["f1"], stage=stage)
+        self._blit = Draw(device, "shaders/screen.vert", "passes/post/blit.frag", bindings=bindings)
         self._allocate(size)
 
     def _allocate(self, size: tuple[int, int]) -> None:
@@ -27,36 +30,31 @@ class Post:
         self._picture = self._ctx.texture(size, 4, dtype="f1")
 
     def accumulate(self, radiance: moderngl.Texture, sample: int) -> moderngl.Texture:
-        """Tone one sample; the average with those before it, or where samples are not `averaged`, it alone."""
-        sofar, target = self._average[(sample + 1) % 2], self._average[sample % 2]
-        radiance.use(10)
-        sofar.use(11)
-        self._tone.run(target)
+        """Tone one sample; returns the average with those before it, or it alone if samples are not `averaged`."""
+        average, target = self._average[(sample + 1) % 2], self._average[sample % 2]
+        self._tone.run(target, radiance=radiance, average=average)
         return target
 
     def encode(self, picture: moderngl.Texture) -> None:
         """Write a toned picture as sRGB."""
-        picture.use(10)
-        self._encode.run(self._picture)
+        self._encode.run(self._picture, picture=picture)
 
     def read(self) -> npt.NDArray[np.uint8]:
-        """The picture, (height, width, 3), top row first."""
+        """Read back the picture, (height, width, 3), top row first."""
         width, height = self._picture.size
         pixels = np.frombuffer(self._picture.read(), np.uint8).reshape(height, width, 4)
         return pixels[::-1, :, :3].copy()
 
-    def blit(self, target: moderngl.Framebuffer, gbuffer: GBuffer, camera: Camera) -> None:
-        """Draw the picture into a framebuffer with its depth, behind what is there already."""
-        self._picture.use(10)
-        gbuffer.depth.use(14)
+    def blit(self, target: moderngl.Framebuffer, camera: Camera) -> None:
+        """Draw the picture into a framebuffer with its depth, behind what that holds already."""
         near, far = camera.near_m, camera.far_m
-        # a depth d along the axis lands at (scale + offset / d) in the caller's 0..1 depth buffer
-        self._blit.program["depthScale"] = (0.5 * (far + near) / (far - near) + 0.5, -far * near / (far - near))
+        # a depth d along the axis lands at (scale + offset / d) in the host's 0..1 depth buffer
+        depth_scale = (0.5 * (far + near) / (far - near) + 0.5, -far * near / (far - near))
         target.use()
         target.depth_mask = True
         self._ctx.enable_only(moderngl.DEPTH_TEST)
         self._ctx.depth_func = "<="
-        self._blit.render(moderngl.TRIANGLES, vertices=3)
+        self._blit.run(moderngl.TRIANGLES, 3, picture=self._picture, depth_scale=depth_scale)
         self._ctx.depth_func = "<"
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -73,5 +71,4 @@ class Post:
         self._free()
         self._tone.release()
         self._encode.release()
-        self._blit.program.release()
         self._blit.release()

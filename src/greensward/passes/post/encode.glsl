@@ -1,7 +1,7 @@
-// Linear light to sRGB in eight bits, with half a step of noise against banding in the sky.
+// SRGB encoding in eight bits, dithered by half a step against banding in the sky.
 #include "shaders/hash.glsl"
 
-layout(binding = 10) uniform sampler2D picture;
+uniform sampler2D picture;
 
 bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 c = texelFetch(picture, pixel, 0).rgb;

@@ -1,8 +1,8 @@
-// Exposure and tone, averaged over the samples of a picture after the curve, so that bright edges stay clean.
-#include "block/Light"
+// Tone mapping with exposure, averaged over the samples of a picture after the curve, so that bright edges stay clean.
+#include "layout/Light"
 
-layout(binding = 10) uniform sampler2D radiance;
-layout(binding = 11) uniform sampler2D sofar;
+uniform sampler2D radiance;
+uniform sampler2D average;
 
 // Filmic curve with a toe and a long shoulder (Hable 2010, "Filmic Tonemapping Operators")
 vec3 hable(vec3 x) {
@@ -24,7 +24,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     c = clamp(c, 0.0, 1.0);
 #if AVERAGED
     // before the first sample the average holds anything, infinities too
-    if (light.sample_index > 0) c = mix(texelFetch(sofar, pixel, 0).rgb, c, 1.0 / float(light.sample_index + 1));
+    if (light.sample_index > 0) c = mix(texelFetch(average, pixel, 0).rgb, c, 1.0 / float(light.sample_index + 1));
 #endif
     result[0] = vec4(c, 1.0);
     return true;

@@ -1,31 +1,30 @@
-"""The sky as a table of radiance by direction, and what the air does to sun and distance."""
+"""Sky as a table of radiance by direction, and scattering by the air."""
 
 import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.blocks import BlockBuffer
-from greensward.gpu.pixel_pass import PixelPass, Shell
+from greensward.gpu.device import Device, Stage
+from greensward.gpu.full_screen import FullScreenPass
+from greensward.gpu.layouts import BlockBuffer
 
-SKY_UNIT = 9
 _SIZE = 256, 128
 
 
 class SkyTable:
     """Radiance of the clear sky for every direction; drawn once per sun and air."""
 
-    def __init__(self, ctx: moderngl.Context, shell: Shell | None = None) -> None:
-        self._pass = PixelPass(ctx, "passes/sky/table.glsl", ["f4"], shell=shell)
-        self._texture = ctx.texture(_SIZE, 4, dtype="f4")
-        self._texture.filter = moderngl.LINEAR, moderngl.LINEAR
-        self._texture.repeat_x, self._texture.repeat_y = True, False
+    def __init__(self, device: Device, light: BlockBuffer, stage: Stage | None = None) -> None:
+        self._pass = FullScreenPass(device, "passes/sky/table.glsl", ["f4"], stage=stage, bindings={"Light": light})
+        self.texture = device.ctx.texture(_SIZE, 4, dtype="f4")
+        self.texture.filter = moderngl.LINEAR, moderngl.LINEAR
+        self.texture.repeat_x, self.texture.repeat_y = True, False
 
-    def fill(self, light: BlockBuffer) -> npt.NDArray[np.float64]:
-        """Draw the table; returns nine spherical-harmonic coefficients of the upper half's light, (9, 3)."""
-        light.bind()
-        self._pass.run(self._texture)
+    def fill(self) -> npt.NDArray[np.float64]:
+        """Draw the table by the light; returns nine spherical-harmonic coefficients of the sky's light, (9, 3)."""
+        self._pass.run(self.texture)
         width, height = _SIZE
-        table = np.frombuffer(self._texture.read(), np.float32).reshape(height, width, 4)[..., :3]
+        table = np.frombuffer(self.texture.read(), np.float32).reshape(height, width, 4)[..., :3]
         v = (np.arange(height) + 0.5) / height * 2.0 - 1.0
         elevation = np.sign(v) * v * v * np.pi / 2.0  # as table.glsl
         azimuth = (np.arange(width) + 0.5) / width * 2.0 * np.pi
@@ -37,13 +36,9 @@ class SkyTable:
         result: npt.NDArray[np.float64] = np.einsum("hwk,hwc->kc", basis, table * solid)
         return result
 
-    def bind(self) -> None:
-        """Bind at its texture unit."""
-        self._texture.use(SKY_UNIT)
-
     def release(self) -> None:
         """Free the GPU resources."""
-        self._texture.release()
+        self.texture.release()
         self._pass.release()
 
 

@@ -1,6 +1,6 @@
-// The atmosphere: Rayleigh, Mie and ozone over a spherical earth, single scattering with a term for the rest
+// Atmospheric scattering: Rayleigh, Mie and ozone over a spherical earth, single scattering with a term for the rest
 // (coefficients of Bruneton & Neyret 2008 and Hillaire 2020, "A Scalable and Production Ready Sky and Atmosphere").
-#include "block/Light"
+#include "layout/Light"
 
 const float PI = 3.14159265359;
 const float EARTH_KM = 6360.0, AIR_KM = 6460.0;

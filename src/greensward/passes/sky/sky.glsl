@@ -2,13 +2,13 @@
 #include "passes/sky/air.glsl"
 #include "shaders/noise.glsl"
 
-layout(binding = 9) uniform sampler2D skyTable;
+uniform sampler2D sky_table;
 
 vec3 clearSky(vec3 d) {
     float elevation = asin(clamp(d.y, -1.0, 1.0));
     float v = sign(elevation) * sqrt(abs(elevation) / (0.5 * PI));
     float u = atan(d.z, d.x) / (2.0 * PI);
-    return textureLod(skyTable, vec2(u, 0.5 * v + 0.5), 0.0).rgb;
+    return textureLod(sky_table, vec2(u, 0.5 * v + 0.5), 0.0).rgb;
 }
 
 // Two layers of fair-weather cloud: streaks of cirrus, and broken puffs lower down

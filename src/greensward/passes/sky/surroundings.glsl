@@ -1,4 +1,4 @@
-// Light from all of the sky, and what the air does to light on its way.
+// Sky irradiance by spherical harmonics, and aerial perspective.
 #include "passes/sky/sky.glsl"
 
 // Irradiance from spherical harmonics of the sky (Ramamoorthi & Hanrahan 2001, equation 10; factors folded in)

@@ -1,3 +1,4 @@
+// Sky table: radiance of the clear sky by single scattering, for every direction.
 #include "passes/sky/air.glsl"
 
 // Directions: azimuth about y along x; along y the elevation, with most rows near the horizon.

@@ -1,4 +1,4 @@
-"""The scene's objects: one instanced draw for all that share a shape."""
+"""Objects of the scene: one instanced draw for all that share a shape, whatever their sizes."""
 
 from collections.abc import Hashable
 
@@ -6,44 +6,51 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.program import build
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Draw, Mesh
 from greensward.gpu.view import View
-from greensward.objects import TriMesh, mesh_of
-from greensward.scene import Capsule, Mesh
+from greensward.io.meshes import TriMesh
+from greensward.objects.meshes import mesh_of
+from greensward.scene import Capsule
+from greensward.scene import Mesh as MeshObject
 from greensward.scene.base import linear
 from greensward.scene.objects import Object
 from greensward.world import World
 
 _FOLDER = "passes/solids"
-_FORMATS = "4f4 4f4 4f4 4f4 4f4 4f4 4f4/i"
-_NAMES = ("now0", "now1", "now2", "before0", "before1", "before2", "paint")
+_INSTANCE = np.dtype([("now", "f4", (3, 4)), ("before", "f4", (3, 4)), ("paint", "f4", 4), ("size", "f4", 3)])
+_FORMATS = "4f4 4f4 4f4 4f4 4f4 4f4 4f4 3f4/i"
+_NAMES = ("now0", "now1", "now2", "before0", "before1", "before2", "paint", "size")
+_CORNER = np.dtype([("corner", "f4", 3), ("normal", "f4", 3), ("tint", "f4", 4)])
 
 
 class _Shape:
-    """Objects that share their triangles: rows of place now, place a frame ago, colour and roughness."""
+    """Objects that share a mesh of unit size: place now and a frame ago, colour and roughness, and size of each."""
 
-    def __init__(self, ctx: moderngl.Context, mesh: TriMesh, indices: list[int], things: list[Object]) -> None:
+    def __init__(self, device: Device, mesh: TriMesh, indices: list[int], objects: list[Object]) -> None:
         self.indices = np.array(indices)
-        self.rows = np.zeros((len(indices), 28), np.float32)
-        for row, thing in zip(self.rows, things, strict=True):
-            row[24:] = *linear(thing.colour), thing.roughness
-        corners = np.zeros((len(mesh.positions), 10), np.float32)
-        corners[:, :3], corners[:, 3:6] = mesh.positions, mesh.normals
+        self.instances = np.zeros(len(indices), _INSTANCE)
+        for instance, each in zip(self.instances, objects, strict=True):
+            instance["paint"] = *linear(each.colour), each.roughness
+            instance["size"] = _size_of(each)
+        corners = np.zeros(len(mesh.positions), _CORNER)
+        corners["corner"], corners["normal"] = mesh.positions, mesh.normals
         if mesh.colours is not None:
-            corners[:, 6:9], corners[:, 9] = mesh.colours[:, :3], 1.0
-        self.corners = ctx.buffer(corners.tobytes())
-        self.triangles = ctx.buffer(mesh.triangles.astype(np.uint32).tobytes())
-        self.buffer = ctx.buffer(reserve=self.rows.nbytes)
-        self.arrays: dict[str, moderngl.VertexArray] = {}
+            corners["tint"][:, :3], corners["tint"][:, 3] = mesh.colours[:, :3], 1.0
+        self.corners = device.ctx.buffer(corners.tobytes())
+        self.triangles = device.ctx.buffer(mesh.triangles.astype(np.uint32).tobytes())
+        self.buffer = device.ctx.buffer(reserve=self.instances.nbytes)
+        content = (self.corners, "3f4 3f4 4f4", "corner", "normal", "tint"), (self.buffer, _FORMATS, *_NAMES)
+        self.mesh = Mesh(content, self.triangles)
 
     def place(self, placed: npt.NDArray[np.float64], before: npt.NDArray[np.float64]) -> None:
-        self.rows[:, :12] = placed[self.indices, :3].reshape(-1, 12)
-        self.rows[:, 12:24] = before[self.indices, :3].reshape(-1, 12)
-        self.buffer.write(self.rows)
+        """Upload where the objects are, and were a frame ago: (objects, 4, 4) each."""
+        self.instances["now"] = placed[self.indices, :3]
+        self.instances["before"] = before[self.indices, :3]
+        self.buffer.write(self.instances)
 
     def release(self) -> None:
-        for array in self.arrays.values():
-            array.release()
+        """Free the GPU memory."""
         for buffer in (self.corners, self.triangles, self.buffer):
             buffer.release()
 
@@ -51,27 +58,23 @@ class _Shape:
 class Solids:
     """Draws the scene's `[[object]]` tables, and the helicopters of its winds."""
 
-    def __init__(self, ctx: moderngl.Context, world: World) -> None:
+    def __init__(self, device: Device, world: World) -> None:
         self._world = world
-        self._programs = {
-            "picture": build(ctx, f"{_FOLDER}/solid.vert", f"{_FOLDER}/solid.frag"),
-            "shadow": build(ctx, f"{_FOLDER}/solid.vert", f"{_FOLDER}/solid.frag", defines={"SHADOW": 1}),
-        }
         alike: dict[Hashable, list[int]] = {}
-        for i, thing in enumerate(world.objects):
-            if thing.drawn:
-                alike.setdefault(_shape_of(thing), []).append(i)
+        for i, each in enumerate(world.objects):
+            if each.drawn:
+                alike.setdefault(_shape_of(each), []).append(i)
         self._shapes = []
         for indices in alike.values():
-            things = [world.objects[i] for i in indices]
-            shape = _Shape(ctx, mesh_of(things[0], world.scene.resolve), indices, things)
-            self._shapes.append(shape)
-            for purpose, program in self._programs.items():
-                content = [
-                    _present(program, shape.corners, "3f4 3f4 4f4", ("corner", "normal", "tint")),
-                    _present(program, shape.buffer, _FORMATS, _NAMES),
-                ]
-                shape.arrays[purpose] = ctx.vertex_array(program, content, shape.triangles)
+            objects = [world.objects[i] for i in indices]
+            mesh = mesh_of(_of_unit_size(objects[0]), world.scene.resolve)
+            self._shapes.append(_Shape(device, mesh, indices, objects))
+        stages = f"{_FOLDER}/solid.vert", f"{_FOLDER}/solid.frag"
+        meshes = [shape.mesh for shape in self._shapes]
+        self._draws = {
+            purpose: Draw(device, *stages, defines=defines, bindings=world.bindings, meshes=meshes)
+            for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
+        }
         self._drawn_at: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
 
     def draw(self, view: View) -> None:
@@ -81,32 +84,42 @@ class Solids:
             self._drawn_at = places
             for shape in self._shapes:
                 shape.place(*places)
-        for shape in self._shapes:
-            shape.arrays[view.purpose].render(moderngl.TRIANGLES, instances=len(shape.indices))
+        for number, shape in enumerate(self._shapes):
+            self._draws[view.purpose].run(moderngl.TRIANGLES, -1, len(shape.indices), number)
 
     def release(self) -> None:
         """Free the GPU resources."""
+        for draw in self._draws.values():
+            draw.release()
         for shape in self._shapes:
             shape.release()
-        for program in self._programs.values():
-            program.release()
 
 
-def _shape_of(thing: Object) -> Hashable:
-    match thing:
-        case Mesh():
-            return thing.kind, thing.file, thing.scale
+def _shape_of(solid: Object) -> Hashable:
+    match solid:
+        case MeshObject():
+            return solid.kind, solid.file
         case Capsule():
-            return thing.kind, thing.radius_m, thing.length_m
+            return solid.kind, solid.radius_m, solid.length_m
         case _:
-            return thing.kind, thing.size_m
+            return solid.kind
 
 
-def _present(
-    program: moderngl.Program, buffer: moderngl.Buffer, formats: str, names: tuple[str, ...]
-) -> tuple[moderngl.Buffer, str, *tuple[str, ...]]:
-    """The buffer's layout with attributes that the compiler dropped skipped as padding."""
-    parts, rate = (formats.removesuffix("/i").split(), "/i" if formats.endswith("/i") else "")
-    kept = [name for name in names if name in program]
-    layout = [part if name in program else f"{int(part[0]) * 4}x" for part, name in zip(parts, names, strict=True)]
-    return (buffer, " ".join(layout) + rate, *kept)
+def _of_unit_size(solid: Object) -> Object:
+    match solid:
+        case MeshObject():
+            return solid.model_copy(update={"scale": 1.0})
+        case Capsule():
+            return solid
+        case _:
+            return solid.model_copy(update={"size_m": (1.0, 1.0, 1.0)})
+
+
+def _size_of(solid: Object) -> tuple[float, float, float]:
+    match solid:
+        case MeshObject():
+            return solid.scale, solid.scale, solid.scale
+        case Capsule():
+            return 1.0, 1.0, 1.0
+        case _:
+            return solid.size_m

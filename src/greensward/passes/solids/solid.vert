@@ -1,4 +1,5 @@
-#include "block/View"
+// An instance of a mesh of unit size, scaled, turned and placed.
+#include "layout/View"
 
 in vec3 corner;
 in vec3 normal;
@@ -10,6 +11,7 @@ in vec4 before0;
 in vec4 before1;
 in vec4 before2;
 in vec4 paint;
+in vec3 size;  // of the instance; the mesh is of unit size
 
 out vec3 local;
 out vec3 normal_ws;
@@ -17,11 +19,12 @@ out vec4 colour;
 out vec4 previousClip;
 
 void main() {
-    vec4 own = vec4(corner, 1.0);
+    vec4 own = vec4(corner * size, 1.0);
+    vec3 ownNormal = normalize(normal / size);
     vec3 position_ws = vec3(dot(now0, own), dot(now1, own), dot(now2, own));
     vec3 before_ws = vec3(dot(before0, own), dot(before1, own), dot(before2, own));
-    normal_ws = vec3(dot(now0.xyz, normal), dot(now1.xyz, normal), dot(now2.xyz, normal));
-    local = corner;
+    normal_ws = vec3(dot(now0.xyz, ownNormal), dot(now1.xyz, ownNormal), dot(now2.xyz, ownNormal));
+    local = own.xyz;
     colour = vec4(mix(paint.rgb, tint.rgb, tint.w), paint.w);
     previousClip = view.previous_clip_from_relative * vec4(before_ws - view.origin_ws.xyz, 1.0);
     gl_ClipDistance[0] = position_ws.y - view.clip_below_m;

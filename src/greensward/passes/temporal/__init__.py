@@ -1,4 +1,4 @@
-"""Clean edges over time: each frame's one sample is blended into the frames before it, where motion leads back to."""
+"""Temporal anti-aliasing: each frame's one sample is blended into the history, reprojected along its motion."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,18 +7,19 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.pixel_pass import PixelPass, Shell
+from greensward.gpu.device import Device, Stage
+from greensward.gpu.full_screen import FullScreenPass
+from greensward.gpu.kernels import Bindings
 from greensward.gpu.view import View
-from greensward.passes.gbuffer import GBuffer
 
 Moment = tuple[View, float]
-"""From where and when a frame is seen."""
+"""View and time of a frame."""
 
 _CUT_TURN_DEG, _CUT_MOVE_M, _CUT_ZOOM, _CUT_S = 30.0, 3.0, 1.5, 0.5
 
 
 def is_cut(before: Moment, now: Moment) -> bool:
-    """Whether two frames that follow each other do not show one motion.
+    """Return whether two frames that follow each other do not show one motion.
 
     They do not where the camera turned by more than 30°, moved by more than 3 m, or zoomed to more than one and a
     half times or less than two thirds, or where time went backwards or on by more than half a second.
@@ -36,11 +37,11 @@ def is_cut(before: Moment, now: Moment) -> bool:
 
 
 class Temporal:
-    """The history of a moving picture. Reads the `View` and `Light` blocks that a frame bound."""
+    """History of a moving picture."""
 
-    def __init__(self, ctx: moderngl.Context, size: tuple[int, int], shell: Shell | None) -> None:
-        self._ctx = ctx
-        self._pass = PixelPass(ctx, "passes/temporal/temporal.glsl", ["f2"], shell=shell)
+    def __init__(self, device: Device, bindings: Bindings, size: tuple[int, int], stage: Stage | None) -> None:
+        self._ctx = device.ctx
+        self._pass = FullScreenPass(device, "passes/temporal/temporal.glsl", ["f2"], stage=stage, bindings=bindings)
         self._allocate(size)
 
     def _allocate(self, size: tuple[int, int]) -> None:
@@ -66,18 +67,15 @@ class Temporal:
         self._holds = None  # until the frame is drawn
         return self._index
 
-    def blend(self, latest: moderngl.Texture, gbuffer: GBuffer, now: Moment) -> moderngl.Texture:
-        """This frame, toned, blended into the history, which it becomes."""
-        gbuffer.bind()
-        latest.use(10)
-        self._history.use(11)
-        self._pass.run(self._target)
+    def blend(self, latest: moderngl.Texture, now: Moment) -> moderngl.Texture:
+        """Blend this frame, toned, into the history, which it becomes."""
+        self._pass.run(self._target, latest=latest, history=self._history)
         self._history, self._target = self._target, self._history
         self._holds = now
         return self._history
 
     def saved(self) -> dict[str, npt.NDArray[Any]]:
-        """The history as arrays: colours and counts, (height, width, 4) float16, bottom row first."""
+        """Read back the history as arrays: colours and counts, (height, width, 4) float16, bottom row first."""
         if self._holds is None:
             return {}
         width, height = self._history.size

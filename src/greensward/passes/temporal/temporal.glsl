@@ -1,12 +1,11 @@
-// This frame's sample blended into what the frames before it showed, followed back along the motion of its surfaces
+// Temporal anti-aliasing: this frame's sample blended into the history, reprojected along the motion of its surfaces
 // (Karis 2014, "High-Quality Temporal Supersampling"; Salvi 2016, "An Excursion in Temporal Supersampling").
 // A pixel of the history holds its colour after the tone curve, and how many frames that is the average of.
 #include "shaders/gbuffer.glsl"
-#include "block/Light"
+#include "layout/Light"
 
-layout(binding = 10) uniform sampler2D latest;
-layout(binding = 11) uniform sampler2D history;
-layout(binding = 12) uniform sampler2D gMotion;
+uniform sampler2D latest;
+uniform sampler2D history;
 
 // The history stands for at most so many frames: where its texels fall on those of the picture, and where they fall
 // between, since each such step blurs it a little
@@ -55,16 +54,16 @@ float outside(vec3 c, vec3 mean, vec3 reach) {
 // surface beside it, which so carries its edge along; in the sward blades cross, and each pixel of grass has its own.
 vec2 motionAbout(ivec2 pixel, ivec2 last) {
     ivec2 nearest = pixel;
-    float nearest_m = texelFetch(gDepth, pixel, 0).r;
+    float nearest_m = depthAt(pixel);
     for (int i = 0; i < 9 && classAt(pixel) != CLASS_GRASS; i++) {
         ivec2 beside = clamp(pixel + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
-        float depth_m = texelFetch(gDepth, beside, 0).r;
+        float depth_m = depthAt(beside);
         if (depth_m < nearest_m) {
             nearest_m = depth_m;
             nearest = beside;
         }
     }
-    if (classAt(nearest) != CLASS_SKY) return texelFetch(gMotion, nearest, 0).rg;
+    if (classAt(nearest) != CLASS_SKY) return texelFetch(gbuffer_motion, nearest, 0).rg;
     vec4 previousClip = view.previous_clip_from_relative * vec4(rayThrough(pixel), 0.0);
     return packMotion(vec2(pixel) + 0.5, previousClip);
 }

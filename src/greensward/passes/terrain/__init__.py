@@ -1,15 +1,15 @@
-"""The ground's surface: nested square grids around the camera, each level twice as coarse, out to the horizon."""
+"""Terrain: geometry clipmaps, nested square grids around the camera, each level twice as coarse; or ray marched."""
 
 import math
 
 import moderngl
 import numpy as np
 
-from greensward.gpu.pixel_pass import IMAGES_WRITTEN, PixelPass, Shell, pixel_groups
-from greensward.gpu.program import build, build_compute
+from greensward.gpu.device import IMAGES_WRITTEN, Device, Stage
+from greensward.gpu.full_screen import FullScreenPass
+from greensward.gpu.kernels import Draw, Kernel, Mesh
 from greensward.gpu.view import View
-from greensward.ground import HeightField
-from greensward.ground.rays import GroundRays
+from greensward.ground.rays import MaximumMipmap
 from greensward.passes.gbuffer import GBuffer
 from greensward.world import World
 
@@ -23,10 +23,11 @@ class Terrain:
     `after_all`: in pictures all that needs the depth buffer is drawn before it, so that rays can find the ground.
     """
 
-    def __init__(self, ctx: moderngl.Context, world: World, shell: Shell, after_all: bool) -> None:
-        self._there = world.ground.heights.there
-        marches = after_all and shell == "compute" and self._there
-        self._march = _March(ctx, world.ground.heights) if marches else None
+    def __init__(self, device: Device, world: World, stage: Stage, after_all: bool) -> None:
+        ctx = device.ctx
+        self._exists = world.ground.heights.exists
+        marches = after_all and stage == "compute" and self._exists
+        self._march = _March(device, world) if marches else None
         cell = min(world.ground.heights.cell_m())
         self._spacing = min(max(2.0 ** math.floor(math.log2(cell)), 0.25), 1.0)
         far = world.scene.camera.far_m
@@ -38,36 +39,38 @@ class Terrain:
         self._corners = ctx.buffer(vertices.tobytes())
         self._full, self._ring = ctx.buffer(indices.tobytes()), ctx.buffer(ring.tobytes())
         defines = {"TILES": 1} if world.scene.ground.tile else {}
-        self._material = PixelPass(ctx, f"{_FOLDER}/material.glsl", ["f1", "f2"], shell=shell, defines=defines)
-        self._arrays = {}
-        for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1})):
-            program = build(ctx, f"{_FOLDER}/terrain.vert", f"{_FOLDER}/terrain.frag", defines=defines)
-            program["finest"] = self._spacing
-            content = [(self._corners, "2f4", "corner")]
-            self._arrays[purpose] = (
-                ctx.vertex_array(program, content, self._full),
-                ctx.vertex_array(program, content, self._ring),
-            )
+        self._material = FullScreenPass(
+            device,
+            f"{_FOLDER}/material.glsl",
+            ["f1", "f2"],
+            stage=stage,
+            defines=defines,
+            bindings=world.bindings,
+        )
+        corners = (self._corners, "2f4", "corner")
+        meshes = Mesh((corners,), self._full), Mesh((corners,), self._ring)
+        stages = f"{_FOLDER}/terrain.vert", f"{_FOLDER}/terrain.frag"
+        self._draws = {
+            purpose: Draw(device, *stages, defines=defines, bindings=world.bindings, meshes=meshes)
+            for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
+        }
 
     def draw(self, view: View) -> None:
         """Draw the surface: depth and ids; its colour and normal come later, where it is seen."""
-        if not self._there:
+        if not self._exists:
             return
         if self._march and view.purpose == "picture":
             self._march.run(view)
             return
-        full, rings = self._arrays[view.purpose]
-        full.program["firstLevel"] = 0
-        full.render(moderngl.TRIANGLES)
+        draw = self._draws[view.purpose]
+        draw.run(moderngl.TRIANGLES, finest=self._spacing, first_level=0)
         if self._levels > 1:
-            full.program["firstLevel"] = 1
-            rings.render(moderngl.TRIANGLES, instances=self._levels - 1)
+            draw.run(moderngl.TRIANGLES, -1, self._levels - 1, 1, finest=self._spacing, first_level=1)
 
     def paint(self, gbuffer: GBuffer) -> None:
         """Fill in colour and normal of the pixels that show ground."""
-        if not self._there:
+        if not self._exists:
             return
-        gbuffer.bind()
         self._material.run(gbuffer.colour, gbuffer.normal)
 
     def release(self) -> None:
@@ -75,10 +78,8 @@ class Terrain:
         self._material.release()
         if self._march:
             self._march.release()
-        for arrays in self._arrays.values():
-            arrays[0].program.release()
-            for array in arrays:
-                array.release()
+        for draw in self._draws.values():
+            draw.release()
         for buffer in (self._corners, self._full, self._ring):
             buffer.release()
 
@@ -86,20 +87,21 @@ class Terrain:
 class _March:
     """The ground by rays in a compute shader, which writes the G-buffer's images where it is nearest."""
 
-    def __init__(self, ctx: moderngl.Context, heights: HeightField) -> None:
-        self._ctx = ctx
-        self._shader = build_compute(ctx, f"{_FOLDER}/march.comp", {"TARGETS": 1})
-        self._rays = GroundRays(ctx, heights)
-        self._rays.prepare(self._shader)
+    def __init__(self, device: Device, world: World) -> None:
+        self._ctx = device.ctx
+        self._kernel = Kernel(device, f"{_FOLDER}/march.comp", {}, world.bindings)
+        self._mipmap = MaximumMipmap(device, world.ground.heights)
+        self._mipmap.describe(self._kernel)
 
     def run(self, view: View) -> None:
-        self._rays.bind(self._shader, view.near_and_far_m)
-        self._shader.run(*pixel_groups(view.size_px))
+        """Follow a ray through every pixel."""
+        self._kernel.run_over(view.size_px, Highest=self._mipmap.buffer, range_m=view.near_and_far_m)
         self._ctx.memory_barrier(IMAGES_WRITTEN)
 
     def release(self) -> None:
-        self._shader.release()
-        self._rays.release()
+        """Free the GPU resources."""
+        self._kernel.release()
+        self._mipmap.release()
 
 
 def _grid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,18 +1,18 @@
 // Colour and normal of the ground where it is seen: soil, maps, and the sward where blades end.
-#include "culling/presence.glsl"
+#include "culling/level_of_detail.glsl"
 #include "shaders/gbuffer.glsl"
 
-layout(binding = 1) uniform sampler2D soil;
-layout(binding = 2) uniform sampler2D terrainMap;
+uniform sampler2D soil;
+uniform sampler2D terrain_map;
 #ifdef TILES
-layout(binding = 21) uniform sampler2DArray tileSoils;  // square roots of colours
+uniform sampler2DArray tile_soils;  // square roots of colours
 #endif
 
 // A texture without visible tiling: three copies, shifted at random per hexagon and blended with their contrast kept
 // (Heitz & Neyret 2018, "High-Performance By-Example Noise", equation 2; hexagons after Mikkelsen 2022).
 vec3 soilTexel(int tile, vec2 uv, vec2 dx, vec2 dy) {
 #ifdef TILES
-    vec3 root = textureGrad(tileSoils, vec3(uv, float(max(tile, 0))), dx, dy).rgb;
+    vec3 root = textureGrad(tile_soils, vec3(uv, float(max(tile, 0))), dx, dy).rgb;
     if (tile >= 0) return root * root;
 #endif
     return textureGrad(soil, uv, dx, dy).rgb;
@@ -70,7 +70,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     // Equation 1 of Jahrmann & Wimmer 2013: the terrain map over the tile's texture by its alpha
     vec2 right = onPlane(pixel + ivec2(1, 0), position_ws, normal) - xz;
     vec2 up = onPlane(pixel + ivec2(0, 1), position_ws, normal) - xz;
-    vec4 map = textureGrad(terrainMap, mapUv(xz), right / ground.size_m, up / ground.size_m);
+    vec4 map = textureGrad(terrain_map, mapUv(xz), right / ground.size_m, up / ground.size_m);
     int tile = tileAt(xz);
     float perM = tile < 0 ? ground.soil_per_m : ground.tile_mean[max(tile, 0)].w;
     vec3 soilHere = untiled(tile, xz * perM, right * perM, up * perM);
@@ -80,20 +80,20 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     // The ground takes on what blades would have shown where they end, or are too few.
     float crowding = sward.density_per_m2 * sward.blade_m.x * s.density * slopeShare(normal.y) * s.height;
     float least = view.camera_ws.w * away;
-    float layers = layersOf(crowding, dot(view.camera_ws.xyz - position_ws, normal) / away, least);
-    float thinned = 1.0 - exp(-layers * max(shareAsked(layers, away) - shareAtMost(away, least), 0.0));
-    if (sward.blades_m < sward.reach_m) thinned = max(thinned, beyondBlades(away));
+    float layers = occludingLayers(crowding, dot(view.camera_ws.xyz - position_ws, normal) / away, least);
+    float thinned = 1.0 - exp(-layers * max(wantedCoverage(layers, away) - greatestCoverage(away, least), 0.0));
+    if (sward.blades_m < sward.reach_m) thinned = max(thinned, farFade(away));
     float beyond = smoothstep(0.8, 1.0, away / sward.reach_m);
     // from afar turf ends in tufts: between turf and soil there is no half-way to light
     float edge = max(0.22 + 0.16 * simplex(xz * 0.21, 911u) + 0.1 * simplex(xz * 0.9, 913u), 0.07);
     float covered = mix(grown, smoothstep(edge - 0.06, edge + 0.06, grown), max(thinned, beyond));
     float turf = covered * clamp(max(0.25 + 0.75 * thinned, beyond), 0.0, 1.0) * sward.grown;
-    // tufts, as far as a pixel still tells them apart
+    // tufts, as far as a pixel resolves them
     float footprint = length(up);
     float mottled = 1.0;
     for (float tufts = 0.13; tufts < 6.0; tufts *= 2.9) {
-        float told = 1.0 - smoothstep(0.15, 0.6, tufts * footprint);
-        if (told > 0.0) mottled += 0.16 * told * simplex(xz * tufts, 77u + uint(tufts * 100.0));
+        float resolved = 1.0 - smoothstep(0.15, 0.6, tufts * footprint);
+        if (resolved > 0.0) mottled += 0.16 * resolved * simplex(xz * tufts, 77u + uint(tufts * 100.0));
     }
 
     // seen from afar the ground is a wall of blades, each turned to the viewer as much as up

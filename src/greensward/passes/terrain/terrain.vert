@@ -1,14 +1,15 @@
+// Geometry clipmap of the ground (Losasso & Hoppe 2004): nested grids around the camera, each twice as coarse.
 #include "ground/ground.glsl"
-#include "block/View"
+#include "layout/View"
 
 in vec2 corner;      // in cells from the middle
 uniform float finest;  // spacing of level 0, metres
-uniform int firstLevel;
+uniform int first_level;
 
 out vec4 previousClip;
 
 void main() {
-    float spacing = finest * exp2(float(firstLevel + gl_InstanceID));
+    float spacing = finest * exp2(float(first_level + gl_InstanceID));
     // even multiples keep coarse vertices on fine ones as the camera moves
     vec2 middle = round(view.camera_ws.xz / (2.0 * spacing)) * 2.0 * spacing;
     vec2 xz = middle + corner * spacing;

@@ -1,20 +1,20 @@
-"""Water: what it mirrors, what shows through it, and its surface in the G-buffer."""
+"""Water: planar reflection, refraction, and its surface in the G-buffer."""
 
 import moderngl
 
-from greensward.gpu.blocks import BlockBuffer, declare
 from greensward.gpu.depth import ReversedDepth
-from greensward.gpu.pixel_pass import IMAGES_WRITTEN, PixelPass, Shell, pixel_groups
-from greensward.gpu.program import build, build_compute
+from greensward.gpu.device import IMAGES_WRITTEN, Device, Stage
+from greensward.gpu.full_screen import FullScreenPass
+from greensward.gpu.kernels import Bindings, Draw, Kernel
+from greensward.gpu.layouts import BlockBuffer, block
 from greensward.gpu.view import View
 from greensward.passes.gbuffer import GBuffer
 from greensward.passes.lighting import Lighting
 from greensward.scene import InputError, Scene, Water
 from greensward.scene.base import linear
 
-WATER_BLOCK = declare(
+WATER_BLOCK = block(
     "Water",
-    11,
     ("colour", "vec4"),
     ("level_m", "float"),
     ("clarity_m", "float"),
@@ -25,7 +25,6 @@ WATER_BLOCK = declare(
     ("reflects", "int"),
 )
 _FOLDER = "passes/water"
-_MIRRORED, _MIRRORED_DEPTH, _RADIANCE = 17, 18, 19
 
 
 class WaterPass:
@@ -36,23 +35,24 @@ class WaterPass:
 
     def __init__(
         self,
-        ctx: moderngl.Context,
+        device: Device,
+        bindings: Bindings,
         scene: Scene,
         water: Water,
         size: tuple[int, int],
         depth: ReversedDepth,
-        shell: Shell,
+        stage: Stage,
     ) -> None:
-        self._ctx, self._scene, self._water, self._depth, self._shell = ctx, scene, water, depth, shell
-        self._pass = PixelPass(ctx, f"{_FOLDER}/water.glsl", ["f2", "f4"], shell=shell)
-        self._compute: moderngl.ComputeShader | None = None
-        self._triangle: moderngl.VertexArray | None = None
-        if shell == "compute":
-            self._compute = build_compute(ctx, f"{_FOLDER}/surface.comp")
+        self._device, self._ctx, self._shared = device, device.ctx, bindings
+        self._scene, self._water, self._depth, self._stage = scene, water, depth, stage
+        self._block = BlockBuffer(device.ctx, WATER_BLOCK)
+        bindings["Water"] = self._block
+        self._pass = FullScreenPass(device, f"{_FOLDER}/water.glsl", ["f2", "f4"], stage=stage, bindings=bindings)
+        self._surface: Kernel | Draw
+        if stage == "compute":
+            self._surface = Kernel(device, f"{_FOLDER}/surface.comp", {}, bindings)
         else:
-            program = build(ctx, "shaders/screen.vert", f"{_FOLDER}/surface.frag")
-            self._triangle = ctx.vertex_array(program, [])
-        self._block = BlockBuffer(ctx, WATER_BLOCK)
+            self._surface = Draw(device, "shaders/screen.vert", f"{_FOLDER}/surface.frag", bindings=bindings)
         names = "level_m", "clarity_m", "ripple", "ripple_m"
         self._block.set(
             colour=(*linear(water.colour), 0.0),
@@ -61,9 +61,9 @@ class WaterPass:
             **{name: getattr(water, name) for name in names},
         )
         self.gbuffer: GBuffer | None = None
-        """Of the mirrored scene; None where water mirrors the sky alone."""
+        """G-buffer of the mirrored scene; None where water mirrors the sky alone."""
         self.lighting: Lighting | None = None
-        """And its light."""
+        """Light of the mirrored scene."""
         self._allocate(size)
 
     def _allocate(self, size: tuple[int, int]) -> None:
@@ -73,11 +73,11 @@ class WaterPass:
         if not self._water.reflections:
             return
         scaled = self.mirrored_size(size)
-        self.gbuffer = GBuffer(self._ctx, scaled, self._depth, self._shell)
+        self.gbuffer = GBuffer(self._device, scaled, self._depth, self._stage)
         if self.lighting:
             self.lighting.resize(scaled)
         else:
-            self.lighting = Lighting(self._ctx, self._scene, scaled, self._shell)
+            self.lighting = Lighting(self._device, self._shared, self._scene, scaled, self._stage)
 
     def relight(self, scene: Scene) -> None:
         """Mirror under the sun and the air of another scene from now on."""
@@ -103,26 +103,25 @@ class WaterPass:
     def cover(
         self, radiance: moderngl.Texture, mirrored: moderngl.Texture | None, gbuffer: GBuffer, time_s: float
     ) -> moderngl.Texture:
-        """Put water over a lit picture and into its G-buffer; returns the picture, which is kept until the next.
+        """Put water over a lit picture and into its G-buffer; returns the picture, which stays until the next.
 
-        `mirrored` is the light of the mirrored scene. The block of the view and that of the light must be bound.
+        `mirrored` is the light of the mirrored scene.
         """
         self._block.set(time_s=time_s)
-        self._block.bind()
-        radiance.use(_RADIANCE)
-        (mirrored or radiance).use(_MIRRORED)
-        (self.gbuffer or gbuffer).depth.use(_MIRRORED_DEPTH)
-        gbuffer.bind()
-        self._pass.run(self._radiance, self._found)
-        self._found.use(_MIRRORED)
-        if self._compute:
-            gbuffer.bind_images()
-            self._compute.run(*pixel_groups(gbuffer.id.size))
+        self._pass.run(
+            self._radiance,
+            self._found,
+            radiance=radiance,
+            mirrored=mirrored or radiance,
+            mirrored_surface=(self.gbuffer or gbuffer).surface,
+        )
+        if isinstance(self._surface, Kernel):
+            self._surface.run_over(gbuffer.size, found=self._found)
             self._ctx.memory_barrier(IMAGES_WRITTEN)
-        elif self._triangle:
+        else:
             gbuffer.framebuffer.use()
             self._ctx.enable_only(moderngl.NOTHING)
-            self._triangle.render(moderngl.TRIANGLES, vertices=3)
+            self._surface.run(moderngl.TRIANGLES, 3, found=self._found)
         return self._radiance
 
     def resize(self, size: tuple[int, int]) -> None:
@@ -138,9 +137,6 @@ class WaterPass:
     def release(self) -> None:
         """Free the GPU resources."""
         self._free()
-        for part in (self._pass, self._block, self._compute, self.lighting):
+        for part in (self._pass, self._block, self._surface, self.lighting):
             if part:
                 part.release()
-        if self._triangle:
-            self._triangle.program.release()
-            self._triangle.release()

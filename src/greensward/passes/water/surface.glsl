@@ -1,8 +1,8 @@
 // The surface of the water where water.glsl found it.
 #include "shaders/emit.glsl"
-#include "block/Water"
+#include "layout/Water"
 
-layout(binding = 17) uniform sampler2D found;  // normal; depth, 0 where there is none
+uniform sampler2D found;  // normal; depth, 0 where there is none
 
 bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     vec4 here = texelFetch(found, pixel, 0);

@@ -1,28 +1,28 @@
-// Water over what was lit: what lies below, tinted, and what is mirrored in it; and where its surface is.
+// Water over what was lit: planar reflection, refraction of what lies below, and the place of its surface.
 #include "shaders/gbuffer.glsl"
 #include "shaders/noise.glsl"
 #include "passes/sky/surroundings.glsl"
-#include "block/Water"
+#include "layout/Water"
 
-layout(binding = 17) uniform sampler2D mirrored;       // radiance of the mirrored scene, at the same place of the picture
-layout(binding = 18) uniform sampler2D mirroredDepth;
-layout(binding = 19) uniform sampler2D radiance;
+uniform sampler2D mirrored;       // radiance of the mirrored scene, at the same place of the picture
+uniform usampler2D mirrored_surface;  // as gbuffer_surface
+uniform sampler2D radiance;
 
 const int WAVES = 10;
 const float STEEPEST = 0.32;
 const float F0 = 0.02;  // of water seen from above
 
 // Slope of the surface: sines of ever shorter length, which run as waves in deep water do, at sqrt(g k). What a pixel cannot
-// tell apart is left out.
+// resolve is left out.
 vec2 slopeAt(vec2 xz, float footprint_m) {
     vec2 slope = vec2(0.0);
     float length_m = water.ripple_m;
     for (int i = 0; i < WAVES; i++) {
         vec3 random = unit(hash3(uvec3(uint(i), 77u, 5u)));
         float turn = 4.2 * (random.x - 0.5) + 0.7, k = 2.0 * PI / length_m;
-        vec2 way = vec2(cos(turn), sin(turn));
-        float told = 1.0 - smoothstep(0.2, 0.6, footprint_m / length_m);
-        slope += told * way * cos(k * dot(way, xz) - sqrt(9.81 * k) * water.time_s + 6.2832 * random.y);
+        vec2 direction = vec2(cos(turn), sin(turn));
+        float resolved = 1.0 - smoothstep(0.2, 0.6, footprint_m / length_m);
+        slope += resolved * direction * cos(k * dot(direction, xz) - sqrt(9.81 * k) * water.time_s + 6.2832 * random.y);
         length_m *= 0.79;
     }
     // breezes touch a lake in patches, and leave others calm
@@ -33,14 +33,14 @@ vec2 slopeAt(vec2 xz, float footprint_m) {
 // Schlick 1994
 float fresnel(float cosine) { return F0 + (1.0 - F0) * pow(1.0 - clamp(cosine, 0.0, 1.0), 5.0); }
 
-// Part of the light that is left after a way through the water
-float clear(float way_m) { return exp(-way_m / water.clarity_m); }
+// Beer-Lambert: part of the light that is left after a path through the water
+float clear(float path_m) { return exp(-path_m / water.clarity_m); }
 
 vec3 mirroredAt(ivec2 pixel, vec3 at, vec3 towards) {
     if (water.reflects == 0) return skyRadiance(vec3(towards.x, abs(towards.y), towards.z));
     // what a ripple shows lies about as far away as what a mirror would show here
     vec2 uv = (vec2(pixel) + 0.5) * view.size_px.zw;
-    float away = textureLod(mirroredDepth, uv, 0.0).r;
+    float away = depthOf(texelFetch(mirrored_surface, ivec2(uv * vec2(textureSize(mirrored_surface, 0))), 0).rg);
     float far = clamp(away - dot(view.axis_rs.xyz, at - view.eye_ws.xyz), 0.5, 60.0);
     vec3 shown = at + towards * far - view.origin_ws.xyz;
     shown.y -= 2.0 * towards.y * far;
@@ -53,33 +53,33 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     result[0] = texelFetch(radiance, pixel, 0);
     result[1] = vec4(0.0);
     vec3 ray = rayThrough(pixel);
-    float depth_m = texelFetch(gDepth, pixel, 0).r, t = (water.level_m - view.eye_ws.y) / min(ray.y, -1e-9);
+    float depth_m = depthAt(pixel), t = (water.level_m - view.eye_ws.y) / min(ray.y, -1e-9);
     if (ray.y >= 0.0 || t >= depth_m || t > water.farthest_m) return true;
 
-    vec3 at = view.eye_ws.xyz + ray * t, way = normalize(ray);
-    float pixel_m = t * length(view.up_ray.xyz) * 2.0 * view.size_px.w, slant = max(-way.y, 0.02);
+    vec3 at = view.eye_ws.xyz + ray * t, direction = normalize(ray);
+    float pixel_m = t * length(view.up_ray.xyz) * 2.0 * view.size_px.w, slant = max(-direction.y, 0.02);
     vec2 slope = slopeAt(at.xz, pixel_m / sqrt(slant));
     vec3 normal = normalize(vec3(-slope.x, 1.0, -slope.y));
     // a wave never shows its far side
-    if (dot(normal, way) > -0.02) normal = normalize(normal - (dot(normal, way) + 0.02) * way);
-    vec3 towards = reflect(way, normal);
+    if (dot(normal, direction) > -0.02) normal = normalize(normal - (dot(normal, direction) + 0.02) * direction);
+    vec3 towards = reflect(direction, normal);
     towards = normalize(vec3(towards.x, max(towards.y, 0.005), towards.z));
 
     // bent by the surface, if that still shows what lies below
     float through = (depth_m - t) * length(ray);
     ivec2 bent = pixel + ivec2(slope * clamp(through, 0.0, 1.0) * 0.25 / max(pixel_m, 1e-4));
     bent = clamp(bent, ivec2(0), ivec2(view.size_px.xy) - 1);
-    float bentDepth = texelFetch(gDepth, bent, 0).r, bentT = (water.level_m - view.eye_ws.y) / min(rayThrough(bent).y, -1e-9);
+    float bentDepth = depthAt(bent), bentT = (water.level_m - view.eye_ws.y) / min(rayThrough(bent).y, -1e-9);
     bool below = bentT < bentDepth && rayThrough(bent).y < 0.0;
     vec3 bottom = texelFetch(radiance, below ? bent : pixel, 0).rgb;
     if (below) through = (bentDepth - bentT) * length(ray);
     if (isinf(through)) bottom = vec3(0.0);
 
     vec3 sun = light.sun_here.rgb * max(light.to_sun.y, 0.0);
-    vec3 deep = throughAir(water.colour.rgb / PI * (skyIrradiance(vec3(0.0, 1.0, 0.0)) + sun), way, t * length(ray));
+    vec3 deep = throughAir(water.colour.rgb / PI * (skyIrradiance(vec3(0.0, 1.0, 0.0)) + sun), direction, t * length(ray));
     vec3 seen = mix(deep, bottom, clear(through));
     float shore = smoothstep(0.0, 0.12, through);
-    result[0].rgb = mix(seen, mirroredAt(pixel, at, towards), fresnel(-dot(way, normal)) * shore);
+    result[0].rgb = mix(seen, mirroredAt(pixel, at, towards), fresnel(-dot(direction, normal)) * shore);
     result[1] = vec4(normal, t);
     return true;
 }

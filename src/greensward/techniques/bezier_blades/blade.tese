@@ -1,13 +1,15 @@
 // Curves the quad: De Casteljau along v, the outline across u.
 #include "shaders/bezier.glsl"
-#include "techniques/bezier_blades/record.glsl"
-#include "techniques/outlines.glsl"
-#include "block/View"
-#include "techniques/look.glsl"
+#include "layout/BladeRecord"
+#include "shaders/blade.glsl"
+#include "techniques/blades/outlines.glsl"
+#include "techniques/blades/normal.glsl"
+#include "layout/View"
+#include "techniques/blades/material.glsl"
 
 layout(quads, equal_spacing, ccw) in;
 
-layout(std430, binding = 5) readonly buffer Records { Record records[]; };
+layout(std430) readonly buffer Records { BladeRecord records[]; };
 
 patch in uint record;
 
@@ -16,15 +18,15 @@ out vec4 normalAndHeight;    // w runs from 0 at the root to 1 at the tip
 out vec3 previousClip;       // x, y, w
 flat out uint shown;         // the record
 
-uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago, in relative space
+uniform mat4 previous_from_now;  // where a point of what the blade grows on was a frame ago, in relative space
 #endif
 
 void main() {
     float u = gl_TessCoord.x, v = gl_TessCoord.y;
-    Record r = records[record];
+    BladeRecord r = records[record];
     vec3 root = vec3(r.x, r.y, r.z), control, tip;
-    unpackPosture(r.now, root, control, tip);
-    int kind = int(unpackHalf2x16(r.levelAndShape).y + 0.5);
+    unpackPose(r.now, root, control, tip);
+    int kind = int(unpackHalf2x16(r.level_and_shape).y + 0.5);
     vec3 side = octahedralDecode(unpackSnorm2x16(r.side));
     vec3 centre = bezierPoint(root, control, tip, v);
     vec3 tangent = normalize(bezierTangent(root, control, tip, v));
@@ -38,15 +40,15 @@ void main() {
 #ifndef SHADOW
     vec3 position_rs = centre + offset;
     vec3 previousControl, previousTip;
-    unpackPosture(r.previous, root, previousControl, previousTip);
-    vec4 previous_rs = previousFromNow * vec4(bezierPoint(root, previousControl, previousTip, v) + offset, 1.0);
+    unpackPose(r.previous, root, previousControl, previousTip);
+    vec4 previous_rs = previous_from_now * vec4(bezierPoint(root, previousControl, previousTip, v) + offset, 1.0);
     previousClip = (view.previous_clip_from_relative * previous_rs).xyw;
 
     vec3 toEye = view.eye_rs.xyz - position_rs * view.eye_rs.w;
-    vec3 wall = octahedralDecode(unpackSnorm2x16(r.wall)), trueSide = octahedralDecode(unpackSnorm2x16(r.trueSide));
-    vec4 look = unpackUnorm4x8(r.look);
-    tangent = normalize(bezierTangent(root, control, tip, higher(v, look.z, TURNED)));
-    normalAndHeight = vec4(leafNormal(trueSide, side, tangent, toEye, u, wall, look.y), v);
+    vec3 wall = octahedralDecode(unpackSnorm2x16(r.wall)), trueSide = octahedralDecode(unpackSnorm2x16(r.true_side));
+    vec4 shading = unpackUnorm4x8(r.shading);
+    tangent = normalize(bezierTangent(root, control, tip, higher(v, shading.z, TURNED)));
+    normalAndHeight = vec4(leafNormal(trueSide, side, tangent, toEye, u, wall, shading.y), v);
     shown = record;
 #endif
 }

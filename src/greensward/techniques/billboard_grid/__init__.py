@@ -1,25 +1,26 @@
-"""Grass as a grid of textured billboards that rays are followed through, below the tips."""
+"""Ray-marched billboards: grass as a grid of textured billboards that rays are followed through, below the tips."""
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import moderngl
 import numpy as np
 from pydantic import BaseModel
 
-from greensward.gpu.pixel_pass import IMAGES_WRITTEN, PixelPass, pixel_groups
-from greensward.gpu.program import build, build_compute, put
+from greensward.gpu.device import IMAGES_WRITTEN, Device
+from greensward.gpu.full_screen import FullScreenPass
+from greensward.gpu.kernels import Draw, Kernel, Resource
 from greensward.gpu.view import View
-from greensward.ground.rays import GroundRays
+from greensward.ground.rays import MaximumMipmap
 from greensward.motion import motion_defines
 from greensward.scene import InputError, Scene
 from greensward.scene.base import linear
 from greensward.techniques.billboard_grid.pictures import Billboards, mean_length_m
-from greensward.techniques.billboard_grid.settings import Settings
-from greensward.world import Instant, World
+from greensward.techniques.billboard_grid.settings import GridSettings
+from greensward.techniques.technique import Needs
+from greensward.world import FrameTime, World
 
 _FOLDER = "techniques/billboard_grid"
-_UNIT = 23
 _FARTHEST_M = 1e6
 _COARSER = 2
 """Texels of a shadow map across that one ray from the sun stands for; the map's filter is as wide."""
@@ -33,49 +34,48 @@ class BillboardGrid:
 
     name: ClassVar[str] = "billboard-grid"
     source: ClassVar[str] = "Habel, Wimmer & Jeschke 2007, Instant Animated Grass"
-    Settings: ClassVar[type[BaseModel]] = Settings
-    last: ClassVar[bool] = True
-    draws_unstored: ClassVar[bool] = False
+    Settings: ClassVar[type[BaseModel]] = GridSettings
 
-    def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel, *, far: bool = False) -> None:
-        assert isinstance(settings, Settings)
-        self._ctx, self._world = ctx, world
+    def __init__(self, device: Device, world: World, settings: GridSettings, *, far: bool = False) -> None:
+        self._device, self._world = device, world
         scene = world.scene
         self._spacing_m = settings.spacing * mean_length_m(scene)
         self._billboard_m = settings.billboard_m
         self._turn = math.cos(math.radians(settings.turn_deg)), math.sin(math.radians(settings.turn_deg))
         _refuse(scene, settings, self._spacing_m)
-        self._rays = self._billboards = self._shadow = None
-        self._trace: moderngl.ComputeShader | None = None
-        self._screen: moderngl.VertexArray | None = None
-        look = _mean_look(scene)
-        if look is None or not world.ground.heights.there or scene.sowing.density_per_m2 == 0.0:
+        self._mipmap: MaximumMipmap | None = None
+        self._billboards: Billboards | None = None
+        self._shadow: _Shadow | None = None
+        self._trace: Kernel | Draw | None = None
+        material = _mean_material(scene)
+        heights = world.ground.heights
+        if material is None or not heights.exists or scene.sowing.density_per_m2 == 0.0:
             return
-        self._billboards = Billboards(ctx, scene, settings)
-        self._rays = GroundRays(ctx, world.ground.heights)
+        self._billboards = Billboards(device, scene, settings)
+        self._mipmap = MaximumMipmap(device, heights)
         defines = motion_defines(scene)
         for name, flag in (
             ("FAR", far),
             ("MIDDLE_PLANE", settings.middle_plane),
             ("EARLY_EXIT", settings.early_exit),
             ("FILL_COLOUR", settings.fill == "colour"),
-            ("LEVEL", world.ground.heights.lowest_m == world.ground.heights.highest_m),
+            ("LEVEL", heights.lowest_m == heights.highest_m),
             ("MAPPED", scene.sowing.density_map is not None),
         ):
             if flag:
                 defines[name] = 1
-        if world.shell == "compute":
-            self._trace = build_compute(ctx, f"{_FOLDER}/trace.comp", defines)
+        bindings: dict[str, Resource] = {**self._billboards.bindings, "Highest": self._mipmap.buffer}
+        world.bindings.update(bindings)
+        if world.stage == "compute":
+            self._trace = Kernel(device, f"{_FOLDER}/trace.comp", defines, world.bindings)
         else:
-            self._screen = ctx.vertex_array(
-                build(ctx, "shaders/screen.vert", f"{_FOLDER}/trace.frag", defines=defines), []
-            )
+            stages = "shaders/screen.vert", f"{_FOLDER}/trace.frag"
+            self._trace = Draw(device, *stages, defines=defines, bindings=world.bindings)
         if not far:
-            self._shadow = _Shadow(ctx, world, defines)
-        for shader in (self._shader, self._shadow.rays.shader) if self._shadow else (self._shader,):
-            self._rays.prepare(shader)
-            put(
-                shader,
+            self._shadow = _Shadow(device, world, defines)
+        for shader in (self._trace, self._shadow.rays.shader) if self._shadow else (self._trace,):
+            self._mipmap.describe(shader)
+            shader.set(
                 turn=self._turn,
                 spacing_m=self._spacing_m,
                 irregular=settings.irregularity,
@@ -85,76 +85,60 @@ class BillboardGrid:
                 steps=settings.steps,
                 layers=self._billboards.layers,
                 opacity=settings.opacity,
-                meanLook=look[:4],
-                meanBlade=look[4:],
+                mean_material=material[:4],
+                mean_blade=material[4:],
             )
 
     @staticmethod
-    def draws_field(settings: BaseModel) -> bool:  # noqa: ARG004
-        """Never: its billboards bear blades of their own."""
-        return False
+    def needs(settings: GridSettings) -> Needs:  # noqa: ARG004
+        """No blades: its billboards bear blades of their own. Rays end at all that is drawn before."""
+        return Needs(stored=False, all_else_first=True)
 
-    @property
-    def _shader(self) -> moderngl.ComputeShader | moderngl.Program:
-        if self._trace:
-            return self._trace
-        assert self._screen
-        return self._screen.program
-
-    def update(self, instant: Instant) -> None:
+    def update(self, frame: FrameTime) -> None:
         """Note the time."""
-        self._instant = instant
+        self._frame = frame
 
     def draw(self, view: View) -> None:
         """Follow a ray through every pixel of the view."""
-        if not (self._billboards and self._rays):
+        if not (self._billboards and self._trace):
             return
         casting = self._shadow if view.purpose == "shadow" else None
         if view.purpose == "shadow" and (casting is None or view.density == 0.0):
             return
-        self._billboards.bind(_UNIT)
-        shader = casting.rays.shader if casting else self._shader
         at = np.array([[self._turn[0], self._turn[1]], [-self._turn[1], self._turn[0]]]) @ view.origin_ws[[0, 2]]
         cell = np.floor(at / self._spacing_m)
-        put(
-            shader,
-            firstCell=tuple(int(edge) for edge in cell),
-            inCell_m=tuple(at - cell * self._spacing_m),
-            inBillboard=tuple((at / self._billboard_m) % 1.0),
-            timeNow=self._instant.time_s,
-            timePrevious=self._instant.previous_time_s,
-        )
+        values: dict[str, Any] = {
+            "first_cell": tuple(int(edge) for edge in cell),
+            "in_cell_m": tuple(at - cell * self._spacing_m),
+            "in_billboard": tuple((at / self._billboard_m) % 1.0),
+            "time_s": self._frame.time_s,
+            "previous_time_s": self._frame.previous_time_s,
+        }
         if casting:
-            self._rays.bind(shader, (0.0, _FARTHEST_M))
             relative_from_clip = np.linalg.inv(view.clip_from_world @ view.world_from_relative)
-            put(shader, relative_from_clip=tuple(relative_from_clip.T.ravel()))
-            casting.draw(view.size_px)
+            casting.draw(view.size_px, **values, range_m=(0.0, _FARTHEST_M), relative_from_clip=relative_from_clip)
             return
-        self._rays.bind(shader, view.near_and_far_m)
-        if self._trace:
-            self._trace.run(*pixel_groups(view.size_px))
-            self._ctx.memory_barrier(IMAGES_WRITTEN)
+        values["range_m"] = view.near_and_far_m
+        if isinstance(self._trace, Kernel):
+            self._trace.run_over(view.size_px, **values)
+            self._device.ctx.memory_barrier(IMAGES_WRITTEN)
         else:
-            assert self._screen
-            self._ctx.enable_only(moderngl.NOTHING)
-            self._screen.render(moderngl.TRIANGLES, vertices=3)
+            self._device.ctx.enable_only(moderngl.NOTHING)
+            self._trace.run(moderngl.TRIANGLES, 3, **values)
 
     def considered(self, view: View) -> int:  # noqa: ARG002
-        """None: it has no blades that could be tested."""
+        """Count none: it has no blades that could be tested."""
         return 0
 
     def drawn(self, view: View) -> int:  # noqa: ARG002
-        """None."""
+        """Count none."""
         return 0
 
     def release(self) -> None:
         """Free textures and programs."""
-        for part in (self._billboards, self._rays, self._trace, self._shadow):
+        for part in (self._billboards, self._mipmap, self._trace, self._shadow):
             if part:
                 part.release()
-        if self._screen:
-            self._screen.program.release()
-            self._screen.release()
 
 
 class _Shadow:
@@ -163,28 +147,30 @@ class _Shadow:
     Shaders cannot write to depth textures but as fragments, in which rays are slow on GPUs.
     """
 
-    def __init__(self, ctx: moderngl.Context, world: World, defines: dict[str, object]) -> None:
-        self._ctx = ctx
+    def __init__(self, device: Device, world: World, defines: dict[str, object]) -> None:
+        self._ctx = device.ctx
         self._traced: moderngl.Texture | None = None
         coarser = {"COARSER": _COARSER}
-        self.rays = PixelPass(
-            ctx, f"{_FOLDER}/shadow.glsl", ["f4"], shell=world.shell, defines={**defines, **coarser, "SHADOW": 1}
+        self.rays = FullScreenPass(
+            device,
+            f"{_FOLDER}/shadow.glsl",
+            ["f4"],
+            stage=world.stage,
+            defines={**defines, **coarser, "SHADOW": 1},
+            bindings=world.bindings,
         )
-        self._copy = ctx.vertex_array(
-            build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines=coarser), []
-        )
+        self._copy = Draw(device, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines=coarser)
 
-    def draw(self, size_px: tuple[int, int]) -> None:
-        """Into the current framebuffer, which is of this size, behind what it holds."""
+    def draw(self, size_px: tuple[int, int], **values: Any) -> None:
+        """Draw into the current framebuffer, which is of this size, behind what it holds."""
         target, traced = self._ctx.fbo, self._traced_for(size_px)
-        self.rays.run(traced)
+        self.rays.run(traced, **values)
         target.use()
-        traced.use(_UNIT)
         self._ctx.enable_only(moderngl.DEPTH_TEST)
-        self._copy.render(moderngl.TRIANGLES, vertices=3)
+        self._copy.run(moderngl.TRIANGLES, 3, traced=traced)
 
     def _traced_for(self, size_px: tuple[int, int]) -> moderngl.Texture:
-        """The image that rays leave their depth in; another where shadow maps have another size than the last."""
+        """Image that rays leave their depth in; another where shadow maps have another size than the last."""
         size = -(-size_px[0] // _COARSER), -(-size_px[1] // _COARSER)
         if self._traced is None or self._traced.size != size:
             if self._traced:
@@ -193,14 +179,14 @@ class _Shadow:
         return self._traced
 
     def release(self) -> None:
+        """Free the GPU resources."""
         self.rays.release()
+        self._copy.release()
         if self._traced:
             self._traced.release()
-        self._copy.program.release()
-        self._copy.release()
 
 
-def _refuse(scene: Scene, settings: Settings, spacing_m: float) -> None:
+def _refuse(scene: Scene, settings: GridSettings, spacing_m: float) -> None:
     if scene.growth:
         raise InputError("technique.name: must not be billboard-grid with [growth], as its billboards are full-grown")
     texel_m = settings.billboard_m / settings.texture_px
@@ -212,7 +198,7 @@ def _refuse(scene: Scene, settings: Settings, spacing_m: float) -> None:
         )
 
 
-def _mean_look(scene: Scene) -> tuple[float, ...] | None:
+def _mean_material(scene: Scene) -> tuple[float, ...] | None:
     """Colour as `swardColour` of sowing/sward.glsl has it without drifts, transmittance, stiffness and roughness."""
     weights, looks = [], []
     for grass in scene.grass:

@@ -1,6 +1,8 @@
 // A blade as it stands in still air, seen from the side or from above, for the texture of a billboard.
-#include "techniques/colours.glsl"
-#include "techniques/outlines.glsl"
+#include "culling/blades.glsl"
+#include "techniques/blades/blade_material.glsl"
+#include "techniques/blades/normal.glsl"
+#include "techniques/blades/outlines.glsl"
 
 in uint number;      // of the blade on its page
 in vec3 moved_m;     // to its other end where it stands across an edge, so that copies side by side have no seam
@@ -12,11 +14,11 @@ uniform float texel_m;
 
 const float SEGMENTS = 10.0;
 
-flat out Look look;
+flat out Material material;
 out vec3 normal;     // along the axes
 out float along;     // 0 at the root to 1 at the tip
 flat out float rank;
-flat out float name;
+flat out float bladeNumber;
 
 void main() {
     Blade b = blades[number];
@@ -29,11 +31,11 @@ void main() {
     gl_Position = vec4(2.0 * at.xy - 1.0, 1.0 - 2.0 * at.z, 1.0);
 
     vec3 shade = shadeOf(b), rootColour, tipColour;
-    coloursOf(b, shade, rootColour, tipColour);
-    look = Look(vec4(rootColour, 0.0), vec4(tipColour, 0.0), 1.0, 0.0, 1.0, vec3(0.0), 0.0);
+    bladeColours(b, shade, rootColour, tipColour);
+    material = Material(vec4(rootColour, 0.0), vec4(tipColour, 0.0), 1.0, 0.0, 1.0, vec3(0.0), 0.0);
     vec3 facing = normalize(leafNormal(trueSide, side, bezierTangent(root, control, tip, v), outwards, u, vec3(0.0), 0.0));
     normal = vec3(dot(facing, across), dot(facing, upwards), dot(facing, outwards));
     along = v;
     rank = bladeRank(b);
-    name = order;
+    bladeNumber = order;
 }

@@ -6,16 +6,19 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.blocks import BlockBuffer
-from greensward.gpu.program import build
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Bindings, Draw, Mesh
+from greensward.gpu.layouts import BlockBuffer
+from greensward.gpu.view import VIEW_BLOCK
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.io.rasters import decoded, read_rgba
 from greensward.scene import FlatGround, InputError, Scene
 from greensward.sowing import Field, Page
+from greensward.sowing.blade import BLADE
 from greensward.sowing.species import sward_values
-from greensward.techniques.billboard_grid.settings import Settings
-from greensward.techniques.leaf import LEAF_BLOCK, LeafSettings
+from greensward.techniques.billboard_grid.settings import GridSettings
+from greensward.techniques.blades.leaf import LEAF_BLOCK, LeafSettings
 
 _FOLDER = "techniques/billboard_grid"
 _MOST_ROWS = 4096
@@ -23,49 +26,47 @@ _INSTANCE = np.dtype([("number", "u4"), ("moved_m", "f4", 3), ("order", "f4")])
 _VERTICES = 22
 Rows = npt.NDArray[np.float32]
 _CLOSED_SLABS = 8
-"""How many slabs together let nothing through: the picture of the last billboard that a ray meets."""
+"""Number of slabs that together let nothing through: the picture of the last billboard that a ray meets."""
 _ABOUT_A_SLAB = np.pi / 4.0
-"""How thick a slab of grass a billboard stands for, in spacings. A ray in direction (x, z) meets |x| + |z| billboards
-on one spacing, 4 / pi in the mean over all directions."""
+"""Thickness of the slab of grass that a billboard stands for, in spacings. A ray in direction (x, z) meets |x| + |z|
+billboards on one spacing, 4 / pi in the mean over all directions."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """Layers of one kind of billboard on the CPU; values but names are times opacity, first row at the ground."""
+    """Layers of one kind of billboard on the CPU, first row at the ground; all but `blade` are times opacity."""
 
     colour: npt.NDArray[np.float16]
     """Linear red, green, blue, and opacity: (layers, rows, columns, 4)."""
     shape: npt.NDArray[np.uint8]
     """Normal across and upwards, rank, place along the blade: (layers, rows, columns, 4)."""
     blade: npt.NDArray[np.uint16]
-    """Which blade of the layer, from 1: (layers, rows, columns)."""
+    """Number of the blade in its layer, from 1: (layers, rows, columns)."""
 
 
 class Billboards:
     """Textures of grass from the side, in layers, and from above."""
 
-    def __init__(self, ctx: moderngl.Context, scene: Scene, settings: Settings) -> None:
-        side, top, self.tall_m = _grow(ctx, scene, settings)
+    def __init__(self, device: Device, scene: Scene, settings: GridSettings) -> None:
+        side, top, self.tall_m = _grow(device, scene, settings)
         if settings.side_texture:
             side = _closed(_read(scene, settings.side_texture, "technique.side_texture"))
         if settings.top_texture:
             top = _read(scene, settings.top_texture, "technique.top_texture")
         self.layers = len(side.colour) - 1
-        """How many there are from the side; one more is opaque."""
+        """Number of them from the side; one more is opaque."""
         self.opacity_from_above = float(top.colour[..., 3].mean(dtype=np.float64))
         """Part of the ground that is hidden, seen from above."""
-        self._textures = [*_uploaded(ctx, side), *_uploaded(ctx, top, repeat_y=True)]
+        self._textures = [*_uploaded(device.ctx, side), *_uploaded(device.ctx, top, repeat_y=True)]
+        names = (f"{kind}_{part}" for kind in ("side", "top") for part in ("colour", "shape", "blade"))
+        self.bindings: Bindings = dict(zip(names, self._textures, strict=True))
+        """Textures by their names in shaders."""
 
     @property
     def nbytes(self) -> int:
         """GPU memory in bytes, but for coarser levels."""
         texel_bytes = 8, 4, 2
         return sum(texel_bytes[i % 3] * int(np.prod(texture.size)) for i, texture in enumerate(self._textures))
-
-    def bind(self, first_unit: int) -> None:
-        """Bind them to six texture units: colour, shape and blade from the side, and from above."""
-        for unit, texture in enumerate(self._textures, start=first_unit):
-            texture.use(unit)
 
     def release(self) -> None:
         """Free the GPU memory."""
@@ -90,34 +91,31 @@ def _uploaded(ctx: moderngl.Context, picture: Picture, repeat_y: bool = False) -
     return result
 
 
-def _grow(ctx: moderngl.Context, scene: Scene, settings: Settings) -> tuple[Picture, Picture, float]:
-    """Side and top of a bed of the scene's blades, and how tall it is."""
+def _grow(device: Device, scene: Scene, settings: GridSettings) -> tuple[Picture, Picture, float]:
+    """Side, top and height of a bed of the scene's blades."""
     mean_m = mean_length_m(scene)
     slab_m = _ABOUT_A_SLAB * settings.spacing * mean_m
     edge_m = settings.billboard_m
     deep_m = max((settings.layers + _CLOSED_SLABS) * slab_m, edge_m)
     bed = _bed(scene, edge_m, deep_m)
     heights = HeightField.of(bed)
-    ground = GroundGpu(ctx, bed, heights)
-    field = Field(ctx, bed, ground)
-    leaf = BlockBuffer(ctx, LEAF_BLOCK)
+    ground = GroundGpu(device, bed, heights)
+    field = Field(device, bed, ground)
+    leaf, view = BlockBuffer(device.ctx, LEAF_BLOCK), BlockBuffer(device.ctx, VIEW_BLOCK)
     leaf.set(**LeafSettings(roundness=settings.roundness).block_values())
-    grower = None
     try:
         field.sow((0.5 * edge_m, 0.0, 0.5 * deep_m), 0.0)
-        leaf.bind()
         sown = [(page, _rows(page)) for page in field.pages]
         tall_m = max((_tallest(rows) for _, rows in sown), default=mean_m)
-        grower = _Grower(ctx, sown, settings, tall_m)
+        grower = _Grower(device, {**field.bindings, "Leaf": leaf, "View": view}, sown, settings, tall_m)
         return grower.side(slab_m), grower.top(), tall_m
     finally:
-        for part in (grower, leaf, field, ground):
-            if part is not None:
-                part.release()
+        for part in (leaf, view, field, ground):
+            part.release()
 
 
 def mean_length_m(scene: Scene) -> float:
-    """Of a blade, over the scene's species by their shares."""
+    """Mean length of a blade, over the scene's species by their shares."""
     return float(sward_values(scene)["blade_m"][0]) or 0.1  # type: ignore[index]
 
 
@@ -145,7 +143,7 @@ def _bed(scene: Scene, edge_m: float, deep_m: float) -> Scene:
 
 def _rows(page: Page) -> Rows:
     """The blades of a page as they lie on the GPU: (n, 16)."""
-    return np.frombuffer(page.blades.read(), np.float32).reshape(-1, 16)
+    return np.frombuffer(page.blades.read(), np.float32).reshape(-1, BLADE.dtype.itemsize // 4)
 
 
 def _points(rows: Rows) -> npt.NDArray[np.float32]:
@@ -164,10 +162,15 @@ class _Grower:
     """Draws blades of a bed into pictures, four samples a texel."""
 
     def __init__(
-        self, ctx: moderngl.Context, sown: list[tuple[Page, Rows]], settings: Settings, tall_m: float
+        self,
+        device: Device,
+        bindings: Bindings,
+        sown: list[tuple[Page, Rows]],
+        settings: GridSettings,
+        tall_m: float,
     ) -> None:
-        self._ctx, self._sown, self._settings, self._tall_m = ctx, sown, settings, tall_m
-        self._program = build(ctx, f"{_FOLDER}/grow.vert", f"{_FOLDER}/grow.frag")
+        self._device, self._bindings = device, bindings
+        self._sown, self._settings, self._tall_m = sown, settings, tall_m
 
     def side(self, slab_m: float) -> Picture:
         """A layer for each slab of the bed, seen along z, and one that is closed."""
@@ -198,7 +201,8 @@ class _Grower:
         high: tuple[float, float, float],
         wrapped: tuple[int, ...],
     ) -> Picture:
-        ctx, finer, before = self._ctx, (2 * size[0], 2 * size[1]), self._ctx.fbo
+        ctx, finer = self._device.ctx, (2 * size[0], 2 * size[1])
+        before = ctx.fbo
         targets = [
             ctx.texture(finer, 4, dtype="f2"),
             ctx.texture(finer, 4, dtype="f2"),
@@ -213,32 +217,35 @@ class _Grower:
         reach = np.array(axes[2]) @ (self._tall_m * np.array([1.0, 0.0, 1.0]))
         shown = *low[:2], low[2] - reach
         shown_high = *high[:2], high[2] + reach
-        for name, value in zip(
-            ("across", "upwards", "outwards", "low_m", "high_m"), (*axes, shown, shown_high), strict=True
-        ):
-            self._program[name] = value
-        self._program["texel_m"] = 0.5 * self._settings.billboard_m / self._settings.texture_px
+        stages = f"{_FOLDER}/grow.vert", f"{_FOLDER}/grow.frag"
         for page, rows in self._sown:
             instances = _standing(rows, low, high, wrapped, axes)
             if not len(instances):
                 continue
-            page.bind()
             buffer = ctx.buffer(instances.tobytes())
-            content = [(buffer, "1u4 3f4 1f4 /i", "number", "moved_m", "order")]
-            array = ctx.vertex_array(self._program, content)
-            array.render(moderngl.TRIANGLE_STRIP, vertices=_VERTICES, instances=len(instances))
-            array.release()
+            mesh = Mesh(((buffer, "1u4 3f4 1f4/i", "number", "moved_m", "order"),))
+            draw = Draw(self._device, *stages, bindings=self._bindings, meshes=[mesh])
+            draw.run(
+                moderngl.TRIANGLE_STRIP,
+                _VERTICES,
+                len(instances),
+                **page.bindings,
+                across=axes[0],
+                upwards=axes[1],
+                outwards=axes[2],
+                low_m=shown,
+                high_m=shown_high,
+                texel_m=0.5 * self._settings.billboard_m / self._settings.texture_px,
+            )
+            draw.release()
             buffer.release()
         picture = _halved(targets)
-        (before or ctx.detect_framebuffer(0)).use()  # a released framebuffer must not stay the current one
+        self._device.bind_again(before)  # a released framebuffer must not stay the current one
         canvas.release()
         depth.release()
         for target in targets:
             target.release()
         return picture
-
-    def release(self) -> None:
-        self._program.release()
 
 
 def _standing(
@@ -271,19 +278,19 @@ def _standing(
 
 
 def _halved(targets: list[moderngl.Texture]) -> Picture:
-    """Two by two texels made one: means, but of names the first."""
+    """Half of a picture's size: means of two by two texels, but the highest of their blades."""
     means = []
     for target in targets[:2]:
         target.build_mipmaps(0, 1)
         columns, rows = target.size[0] // 2, target.size[1] // 2
         means.append(np.frombuffer(target.read(level=1, alignment=1), np.float16).reshape(rows, columns, 4))
     columns, rows = targets[2].size
-    names = np.frombuffer(targets[2].read(alignment=1), np.float32).reshape(rows // 2, 2, columns // 2, 2)
-    names = names.max(axis=(1, 3))
+    blades = np.frombuffer(targets[2].read(alignment=1), np.float32).reshape(rows // 2, 2, columns // 2, 2)
+    blades = blades.max(axis=(1, 3))
     return Picture(
         means[0],
         np.round(255.0 * np.clip(means[1].astype(np.float32), 0.0, 1.0)).astype(np.uint8),
-        names.astype(np.uint16),
+        blades.astype(np.uint16),
     )
 
 

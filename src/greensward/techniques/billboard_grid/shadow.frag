@@ -1,5 +1,5 @@
 // The depth that was traced, into a shadow map.
-layout(binding = 23) uniform sampler2D traced;
+uniform sampler2D traced;
 
 void main() {
     gl_FragDepth = texelFetch(traced, ivec2(gl_FragCoord.xy) / COARSER, 0).r;

@@ -3,33 +3,30 @@
 #include "shaders/surface.glsl"
 #include "techniques/billboard_grid/trace.glsl"
 
-layout(binding = 13) uniform usampler2D seenId;
-layout(binding = 14) uniform sampler2D seenDepth_m;
-
 const float TILT = 2.1;  // in radians, from those that lean to the viewer to those that lean away
 
 bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
-    float end_m = texelFetch(seenDepth_m, pixel, 0).r;
+    float end_m = depthAt(pixel);
     Traced t;
     Around a;
     vec3 ray = rayThrough(pixel);
-    if (!trace(uvec2(pixel), view.eye_rs.xyz, ray, end_m, texelFetch(seenId, pixel, 0).r >> 27u == CLASS_GROUND, t, a)) return false;
+    if (!trace(uvec2(pixel), view.eye_rs.xyz, ray, end_m, classAt(pixel) == CLASS_GROUND, t, a)) return false;
     depth_m = t.depth_m;
     vec3 p_rs = view.eye_rs.xyz + ray * depth_m, p_ws = view.origin_ws.xyz + p_rs, up = groundNormal(p_ws.xz);
     float away = distance(p_ws, view.camera_ws.xyz), far = smoothstep(8.0, 90.0, away), all = 1.0 / t.colour.a;
     float r = t.rest, q = 2.0 * r * (1.0 - r);
     vec4 sown = swardColour(p_ws.xz - q * a.v1.xz - r * r * a.v2.xz, Sward(1.0, 1.0, a.dryness));
     // the drifts of the sward, which the billboards do not know; as elsewhere, contrast fades with distance
-    vec3 drifted = t.colour.rgb * all * clamp(sown.rgb / max(meanLook.rgb, vec3(1e-3)), 0.2, 12.0);
-    // tufts, as far as a pixel still tells them apart: among several billboards those of each are lost
+    vec3 drifted = t.colour.rgb * all * clamp(sown.rgb / max(mean_material.rgb, vec3(1e-3)), 0.2, 12.0);
+    // tufts, as far as a pixel resolves them: among several billboards those of each are lost
     float footprint = view.camera_ws.w * away, mottled = 1.0;
     for (float tufts = 0.9; tufts < 12.0; tufts *= 3.1) {
-        float told = smoothstep(0.0, 6.0, away) * (1.0 - smoothstep(0.15, 0.6, tufts * footprint));
-        if (told > 0.0) mottled += 0.22 * told * simplex(p_ws.xz * tufts, 177u + uint(tufts * 100.0));
+        float resolved = smoothstep(0.0, 6.0, away) * (1.0 - smoothstep(0.15, 0.6, tufts * footprint));
+        if (resolved > 0.0) mottled += 0.22 * resolved * simplex(p_ws.xz * tufts, 177u + uint(tufts * 100.0));
     }
     vec3 toViewer = normalize(view.eye_ws.xyz - p_ws);
     vec3 back = normalize(toViewer - up * dot(toViewer, up)), wall = normalize(0.8 * back + 0.75 * up);
-    // where a pixel is wider than blades they would be drawn a pixel wide, and each turned its way
+    // where a pixel is wider than blades they would be drawn a pixel wide, and each in its own direction
     vec3 random = unit(hash3(uvec3(t.blade, 5u, sward.seed))) - 0.5;
     drifted *= mix(vec3(1.0), shadeOf(random.x), t.coarse);
     float around = 3.14159 * random.y, tilt = TILT * random.z;
@@ -37,8 +34,8 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     t.normal_ws = mix(normalize(t.normal_ws + 1e-4 * up), turned, t.coarse);
     s.baseColour = mottled * mix(drifted, sown.rgb, 0.7 * far);
     float along = clamp(t.along * all, 0.0, 1.0), high = clamp(t.high * all, 0.0, 1.0);
-    s.transmittance = meanLook.w * mix(0.45, 1.0, along);
-    s.roughness = mix(meanBlade.y, 0.95, far);
+    s.transmittance = mean_material.w * mix(0.45, 1.0, along);
+    s.roughness = mix(mean_blade.y, 0.95, far);
     s.occlusion = mix(mix(0.2, 0.8, far), 1.0, high * (2.0 - high));
     s.normal_ws = normalize(mix(t.normal_ws, wall, 0.8 * far));
     s.surfaceClass = CLASS_GRASS;

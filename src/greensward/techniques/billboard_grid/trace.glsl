@@ -1,21 +1,22 @@
-// Instant animated grass (Habel, Wimmer & Jeschke 2007): a ray is followed below the tips of the grass, through a regular grid
+// Ray-marched billboards, "Instant Animated Grass" (Habel, Wimmer & Jeschke 2007): a ray is followed below the tips of the grass, through a regular grid
 // of billboards that stands on the ground, and is blended front to back with the over operator. The slides number no formulas.
 #include "ground/march.glsl"
-#include "culling/presence.glsl"
-#include "motion/posture.glsl"
-#include "techniques/look.glsl"
+#include "culling/level_of_detail.glsl"
+#include "motion/pose.glsl"
+#include "techniques/blades/material.glsl"
+#include "layout/SurfaceId"
 
-layout(binding = 23) uniform sampler2DArray sideColour;
-layout(binding = 24) uniform sampler2DArray sideShape;
-layout(binding = 25) uniform usampler2DArray sideBlade;
-layout(binding = 26) uniform sampler2DArray topColour;
-layout(binding = 27) uniform sampler2DArray topShape;
-layout(binding = 28) uniform usampler2DArray topBlade;
+uniform sampler2DArray side_colour;
+uniform sampler2DArray side_shape;
+uniform usampler2DArray side_blade;
+uniform sampler2DArray top_colour;
+uniform sampler2DArray top_shape;
+uniform usampler2DArray top_blade;
 
 uniform vec2 turn;          // cosine and sine
-uniform ivec2 firstCell;    // of the grid, in which the origin of relative space lies
-uniform vec2 inCell_m;      // and where in it
-uniform vec2 inBillboard;   // and on a billboard, in widths of one
+uniform ivec2 first_cell;    // of the grid, in which the origin of relative space lies
+uniform vec2 in_cell_m;      // and where in it
+uniform vec2 in_billboard;   // and on a billboard, in widths of one
 uniform float spacing_m;
 uniform float billboard_m;  // width
 uniform float irregular;    // how far billboards stand off their places, in spacings
@@ -24,10 +25,10 @@ uniform float layer_m;      // above which no grass is anywhere
 uniform int steps;
 uniform int layers;
 uniform float opacity;      // from which on a point shows grass
-uniform vec4 meanLook;      // colour of the billboards' upper blades, and how much light they let through
-uniform vec2 meanBlade;     // stiffness and roughness
-uniform float timeNow;
-uniform float timePrevious;
+uniform vec4 mean_material;      // colour of the billboards' upper blades, and how much light they let through
+uniform vec2 mean_blade;     // stiffness and roughness
+uniform float time_s;
+uniform float previous_time_s;
 
 const float STEEPEST = 0.5;  // normal's y on a slope of 60 degrees, beyond which a grid of upright billboards falls apart
 const float SHARPER = 1.5;  // levels of detail, as jittered samples average what is left
@@ -61,13 +62,13 @@ vec2 toGrid(vec2 xz) { return vec2(turn.x * xz.x + turn.y * xz.y, -turn.y * xz.x
 vec2 fromGrid(vec2 g) { return vec2(turn.x * g.x - turn.y * g.y, turn.y * g.x + turn.x * g.y); }
 
 // A blade that stands for those around, and bobs with its neighbours, the less alike the farther they are
-void standAt(vec3 root, float tall, float time_s, out vec3 v1, out vec3 v2) {
+void bentAt(vec3 root, float tall, float time_s, out vec3 v1, out vec3 v2) {
     Blade b = Blade(root.x, root.y, root.z, 0.0, root.x, root.y + 0.5 * tall, root.z, tall, root.x, root.y + tall, root.z,
-                    0.01, packSnorm2x16(octahedralEncode(vec3(0.0, 1.0, 0.0))), meanBlade.x, 0u, 0x80000000u);
+                    0.01, packSnorm2x16(octahedralEncode(vec3(0.0, 1.0, 0.0))), mean_blade.x, 0u, 0x80000000u);
     if (FORM == NATURAL) {
         vec3 off;
         float swing = 3.5 * inversesqrt(max(tall, 0.02)) * time_s + 5.0 * simplex(2.3 * root.xz, 71u) + 2.0 * simplex(9.1 * root.xz, 73u);
-        standSwinging(b, time_s, swing, off, v1, v2);
+        bentByWindAtPhase(b, time_s, swing, off, v1, v2);
     } else {
         balance(b, windAt(root, time_s), forceOn(b, time_s), v1, v2);
     }
@@ -81,18 +82,18 @@ Around around(vec3 p) {
     a.dryness = s.dryness;
     float tall = tall_m * s.height;
     vec3 root = vec3(p.x, groundHeight(p.xz), p.z);
-    standAt(root, tall, timeNow, a.v1, a.v2);
+    bentAt(root, tall, time_s, a.v1, a.v2);
 #ifndef SHADOW
-    standAt(root, tall, timePrevious, a.before1, a.before2);
+    bentAt(root, tall, previous_time_s, a.before1, a.before2);
 #endif
     return a;
 }
 
 // What presses the grass changes from one blade to the next
-void standUnderForces(inout Around a, vec3 p_ws) {
+void bendUnderForces(inout Around a, vec3 p_ws) {
 #ifndef NO_FORCES
     vec3 v1 = a.v1, v2 = a.v2;
-    standAt(vec3(p_ws.x, groundHeight(p_ws.xz), p_ws.z), tall_m * a.height, timeNow, a.v1, a.v2);
+    bentAt(vec3(p_ws.x, groundHeight(p_ws.xz), p_ws.z), tall_m * a.height, time_s, a.v1, a.v2);
     a.before1 += a.v1 - v1;
     a.before2 += a.v2 - v2;
 #endif
@@ -102,12 +103,12 @@ void standUnderForces(inout Around a, vec3 p_ws) {
 vec2 shareAt(vec3 p_ws, Around a) {
     vec4 map = vec4(1.0);
 #ifdef MAPPED
-    map = textureLod(densityMap, mapUv(p_ws.xz), 0.0);
+    map = textureLod(density_map, mapUv(p_ws.xz), 0.0);
 #endif
     float away = distance(p_ws, view.camera_ws.xyz);
     float far = 1.0 - smoothstep(0.82, 1.0, away / sward.reach_m);
 #ifdef FAR
-    far *= beyondBlades(away);
+    far *= farFade(away);
 #endif
     bool outside = ground.beyond == 1 && any(greaterThan(abs(p_ws.xz), 0.5 * ground.size_m));
     return vec2(outside ? 0.0 : a.dense * map.r * far, map.b);
@@ -124,7 +125,7 @@ float groundUnderneath(vec2 xz) {
 float pixelAt(float depth_m) { return view.pixel_m.x * depth_m + view.pixel_m.y; }
 
 // How much of a texel stays where only some blades grow: near, whole blades; far, where a texel holds many, their share
-float keptOf(float rank, float share, float lod) {
+float shareOfTexel(float rank, float share, float lod) {
     return mix(step(rank, share), share, smoothstep(0.5, 3.0, lod));
 }
 
@@ -148,15 +149,15 @@ void over(inout Traced t, vec4 colour, vec3 normal_ws, float high, float along) 
     t.along += through * colour.a * along;
 }
 
-float lot;  // of this pixel and sample, 0 to 1
+float random_threshold;  // of this pixel and sample, 0 to 1
 
 // Whether the threshold is reached now. Where texels are means of many blades it is drawn by lot, or fewer than half of them
 // would never show; and always so in shadow maps, where thin grass must let light through whatever the size of a texel.
 bool reached(inout Traced t, float depth_m, float lod) {
 #ifdef SHADOW
-    float coarse = 0.0, least = mix(0.35, 1.0, lot);
+    float coarse = 0.0, least = mix(0.35, 1.0, random_threshold);
 #else
-    float coarse = smoothstep(1.0, 3.5, lod), least = mix(opacity, lot, coarse);
+    float coarse = smoothstep(1.0, 3.5, lod), least = mix(opacity, random_threshold, coarse);
 #endif
     if (t.depth_m < NOWHERE_M || t.colour.a <= least) return false;
     t.depth_m = depth_m;
@@ -164,10 +165,10 @@ bool reached(inout Traced t, float depth_m, float lod) {
     return true;
 }
 
-uint nameOf(uint plane, uint number) { return hash3(uvec3(plane, number, sward.seed)).x % 0x7fffffeu + 1u; }
+uint bladeIdOf(uint plane, uint number) { return hash3(uvec3(plane, number, sward.seed)).x % (BLADE_ID_MASK - 1u) + 1u; }
 
 // It stands for some `billboards`. `closing` is for the last that a ray meets: an opaque picture of the grass behind it all
-void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, float above_m, vec2 way, float depth_m, vec2 share,
+void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, float above_m, vec2 direction, float depth_m, vec2 share,
               int billboards, bool closing) {
     if (share.x <= 0.0) return;
     // up the leaning blade to this height
@@ -181,20 +182,20 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
     int layer = closing ? layers : int(random.x % uint(layers));
     bool mirror = (random.z & 1u) != 0u;
     float along_m = alongX ? place_m.x - lean.x : place_m.y - lean.y;
-    float u = (alongX ? inBillboard.x : inBillboard.y) + along_m / billboard_m + unit(random).y;
+    float u = (alongX ? in_billboard.x : in_billboard.y) + along_m / billboard_m + unit(random).y;
     vec2 uv = vec2(mirror ? -u : u, rest);
-    vec2 size = vec2(textureSize(sideColour, 0).xy);
+    vec2 size = vec2(textureSize(side_colour, 0).xy);
     // seen aslant a pixel spans more of it across; sharper than that, as other samples are jittered
-    float slant = abs(alongX ? way.y : way.x) / max(length(way), 1e-6);
+    float slant = abs(alongX ? direction.y : direction.x) / max(length(direction), 1e-6);
     float lod = log2(max(pixelAt(depth_m) * size.x / billboard_m * inversesqrt(max(slant, 0.06)), 1e-6)) - (closing ? SHARPER + 1.0 : SHARPER);
-    vec4 colour = textureLod(sideColour, vec3(uv, layer), lod), shape = textureLod(sideShape, vec3(uv, layer), lod);
+    vec4 colour = textureLod(side_colour, vec3(uv, layer), lod), shape = textureLod(side_shape, vec3(uv, layer), lod);
     if (closing) {
 #ifdef FILL_COLOUR
-        colour = vec4(meanLook.rgb, 1.0);
+        colour = vec4(mean_material.rgb, 1.0);
         shape = vec4(0.5, 0.5, 0.0, 0.6);
 #else
         // what shows between tips is lit, between roots it is not
-        colour.rgb += (1.0 - colour.a) * mix(0.5, 1.0, rest) * meanLook.rgb;
+        colour.rgb += (1.0 - colour.a) * mix(0.5, 1.0, rest) * mean_material.rgb;
         shape += (1.0 - colour.a) * vec4(0.5, 0.5, 0.5, mix(0.3, 0.9, rest));
         colour.a = 1.0;
 #endif
@@ -202,16 +203,16 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
         return;
     } else {
         shape /= max(colour.a, 1e-3);
-        float kept = colour.a * keptOf(shape.z, share.x, lod);
-        colour *= hiddenBy(kept, float(billboards) * widened(depth_m)) / colour.a;
+        float share = colour.a * shareOfTexel(shape.z, share.x, lod);
+        colour *= hiddenBy(share, float(billboards) * widened(depth_m)) / colour.a;
     }
     vec2 tilt = clamp(2.0 * shape.xy - 1.0, -1.0, 1.0);
     float outwards = sqrt(max(1.0 - dot(tilt, tilt), 0.0)), flipped = mirror ? -1.0 : 1.0;
     // the same texture from both sides
-    vec2 towards = alongX ? vec2(flipped * tilt.x, way.y > 0.0 ? -outwards : outwards)
-                          : vec2(way.x > 0.0 ? -outwards : outwards, flipped * tilt.x);
-    // turned half-way to the viewer: blades face all ways, and the two of the grid would show where one side takes over
-    vec2 back = -normalize(fromGrid(way)), xz = mix(fromGrid(towards), 0.8 * back, 0.5);
+    vec2 towards = alongX ? vec2(flipped * tilt.x, direction.y > 0.0 ? -outwards : outwards)
+                          : vec2(direction.x > 0.0 ? -outwards : outwards, flipped * tilt.x);
+    // turned half-way to the viewer: blades face all directions, and the two of the grid would show where one side takes over
+    vec2 back = -normalize(fromGrid(direction)), xz = mix(fromGrid(towards), 0.8 * back, 0.5);
     if (closing) {
         tilt.y = 0.75;
         xz = 0.8 * back;
@@ -221,10 +222,10 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
         t.rest = rest;
 #ifndef SHADOW
         ivec3 texel = ivec3(ivec2(fract(uv.x) * size.x, min(uv.y * size.y, size.y - 1.0)), layer);
-        uint here = texelFetch(sideBlade, texel, 0).r + 65536u * uint(int(floor(u)));
+        uint here = texelFetch(side_blade, texel, 0).r + 65536u * uint(int(floor(u)));
         // one to each pixel across, where there are several; what closes has none of its own
         if (closing || t.coarse > 0.0) here = uint(int(floor(u * size.x * exp2(-round(max(lod + SHARPER, 1.0))))));
-        t.blade = nameOf(uint(plane) * 2u + uint(alongX), here);
+        t.blade = bladeIdOf(uint(plane) * 2u + uint(alongX), here);
 #endif
     }
 }
@@ -237,14 +238,14 @@ void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, vec3 
     part *= abs(ray.y) / (length(ray) + length(ray.xz));
     vec3 v1 = a.v1, v2 = a.v2;
     vec2 lean = toGrid(2.0 * at * (1.0 - at) * v1.xz + at * at * v2.xz) * share.y;
-    vec2 uv = inBillboard + (place_m - lean) / billboard_m, size = vec2(textureSize(topColour, 0).xy);
+    vec2 uv = in_billboard + (place_m - lean) / billboard_m, size = vec2(textureSize(top_colour, 0).xy);
     float lod = log2(max(pixelAt(depth_m) * size.x / billboard_m, 1e-6));
-    vec4 colour = textureLod(topColour, vec3(uv, 0.0), lod), shape = textureLod(topShape, vec3(uv, 0.0), lod);
+    vec4 colour = textureLod(top_colour, vec3(uv, 0.0), lod), shape = textureLod(top_shape, vec3(uv, 0.0), lod);
     if (colour.a < 0.004) return;
     shape /= max(colour.a, 1e-3);
     // what leans hides more of the ground: blades of the picture lean by about a third of their length themselves
     part *= 1.0 + 2.0 * min(length(v2.xz) / tall_m, 1.0);
-    float shown = hiddenBy(colour.a * keptOf(shape.z, share.x, lod), part * widened(depth_m));
+    float shown = hiddenBy(colour.a * shareOfTexel(shape.z, share.x, lod), part * widened(depth_m));
     vec2 tilt = clamp(2.0 * shape.xy - 1.0, -1.0, 1.0), xz = fromGrid(tilt);
     over(t, colour * (shown / colour.a), vec3(xz.x, sqrt(max(1.0 - dot(tilt, tilt), 0.0)), xz.y), at, shape.w);
     if (reached(t, depth_m, lod)) {
@@ -252,40 +253,40 @@ void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, vec3 
 #ifndef SHADOW
         ivec3 texel = ivec3(ivec2(fract(uv) * size), 0);
         uvec2 copy = uvec2(ivec2(floor(uv)));
-        uint here = texelFetch(topBlade, texel, 0).r;
+        uint here = texelFetch(top_blade, texel, 0).r;
         if (t.coarse > 0.0) {
             copy = uvec2(ivec2(floor(uv * size * exp2(-round(lod)))));
             here = 0u;
         }
-        t.blade = nameOf(4000000000u + copy.x * 71u + copy.y * 7919u, here);
+        t.blade = bladeIdOf(4000000000u + copy.x * 71u + copy.y * 7919u, here);
 #endif
     }
 }
 
 // Where a plane of the grid stands: not quite evenly, or its rows would show
 float standsAt(int plane, uint axis) {
-    int of = axis == 1u ? firstCell.x : firstCell.y;
+    int of = axis == 1u ? first_cell.x : first_cell.y;
     return (float(plane) + irregular * (unit(hash3(uvec3(uint(plane + of), axis, sward.seed ^ 0x2545f491u))).x - 0.5)) * spacing_m;
 }
 
-// From one depth to another; `onGround` tells whether the ground is what ends it. Returns the depth at which it left the grass
+// From one depth to another; `on_ground` tells whether the ground is what ends it. Returns the depth at which it left the grass
 // upwards, else NOWHERE_M.
-float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, float to, bool onGround, bool filled, int most) {
-    vec2 way = toGrid(ray.xz), start = inCell_m + toGrid(eye_rs.xz), at = start + from * way;
-    way = mix(way, vec2(1e-9), equal(way, vec2(0.0)));
+float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, float to, bool on_ground, bool filled, int most) {
+    vec2 direction = toGrid(ray.xz), start = in_cell_m + toGrid(eye_rs.xz), at = start + from * direction;
+    direction = mix(direction, vec2(1e-9), equal(direction, vec2(0.0)));
     // the one before may stand on this side of the ray's beginning
-    ivec2 plane = ivec2(round(at / spacing_m)), turnedTo = ivec2(sign(way));
+    ivec2 plane = ivec2(round(at / spacing_m)), turnedTo = ivec2(sign(direction));
     plane -= turnedTo;
-    vec2 next = (vec2(standsAt(plane.x, 1u), standsAt(plane.y, 2u)) - start) / way;
+    vec2 next = (vec2(standsAt(plane.x, 1u), standsAt(plane.y, 2u)) - start) / direction;
     for (int k = 0; k < 2; k++) {
-        if (next.x <= from) { plane.x += turnedTo.x; next.x = (standsAt(plane.x, 1u) - start.x) / way.x; }
-        if (next.y <= from) { plane.y += turnedTo.y; next.y = (standsAt(plane.y, 2u) - start.y) / way.y; }
+        if (next.x <= from) { plane.x += turnedTo.x; next.x = (standsAt(plane.x, 1u) - start.x) / direction.x; }
+        if (next.y <= from) { plane.y += turnedTo.y; next.y = (standsAt(plane.y, 2u) - start.y) / direction.y; }
     }
     vec3 p_ws = view.origin_ws.xyz + eye_rs + ray * from;
     float before = from, above = p_ws.y - groundUnderneath(p_ws.xz);
     vec2 share = shareAt(p_ws, a);
-    // where there are more billboards on the way than steps, each of the second half of the steps leaps over some
-    float planes = onGround ? (to - from) * (abs(way.x) + abs(way.y)) / spacing_m : 0.0;
+    // where there are more billboards along the ray than steps, each of the second half of the steps leaps over some
+    float planes = on_ground ? (to - from) * (abs(direction.x) + abs(direction.y)) / spacing_m : 0.0;
     int second = max(most / 2, 1), leap = max(int(ceil((planes - float(most - second)) / float(second))), 1);
     for (int k = 0; k < most; k++) {
         int billboards = k < most - second ? 1 : leap;
@@ -293,32 +294,32 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
         float depth_m = min(min(next.x, next.y), to);
         bool last = depth_m >= to;
         p_ws = view.origin_ws.xyz + eye_rs + ray * depth_m;
-        float high = last && onGround ? 0.0 : p_ws.y - groundUnderneath(p_ws.xz);
+        float high = last && on_ground ? 0.0 : p_ws.y - groundUnderneath(p_ws.xz);
         share = shareAt(p_ws, a);
-        if (t.depth_m == NOWHERE_M) standUnderForces(a, p_ws);
+        if (t.depth_m == NOWHERE_M) bendUnderForces(a, p_ws);
 #ifdef MIDDLE_PLANE
         float middle = 0.5 * a.v2.y * share.y;
         if ((above - middle) * (high - middle) < 0.0) {
             float there = mix(before, depth_m, (above - middle) / (above - high));
-            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.5, 0.5, ray, there, share);
+            meetTop(t, a, toGrid(eye_rs.xz) + there * direction, 0.5, 0.5, ray, there, share);
         }
 #endif
         if (high <= 0.0) {
             float there = mix(before, depth_m, above / max(above - high, 1e-6));
-            meetTop(t, a, toGrid(eye_rs.xz) + there * way, 0.0, LOWEST_PART, ray, there, share);
+            meetTop(t, a, toGrid(eye_rs.xz) + there * direction, 0.0, LOWEST_PART, ray, there, share);
             return NOWHERE_M;
         }
         if (last) return NOWHERE_M;
         if (high > layer_m && high > above) return depth_m;
-        meetSide(t, a, !acrossX, acrossX ? firstCell.x + plane.x : firstCell.y + plane.y, toGrid(eye_rs.xz) + depth_m * way, high, way,
+        meetSide(t, a, !acrossX, acrossX ? first_cell.x + plane.x : first_cell.y + plane.y, toGrid(eye_rs.xz) + depth_m * direction, high, direction,
                  depth_m, share, billboards, filled && k == most - 1 && share.x > 0.3);
 #ifdef SHADOW
         if (t.depth_m < NOWHERE_M) return NOWHERE_M;
 #elif defined EARLY_EXIT
         if (t.colour.a > 0.99) return NOWHERE_M;
 #endif
-        if (acrossX) { plane.x += turnedTo.x * billboards; next.x = (standsAt(plane.x, 1u) - start.x) / way.x; }
-        else { plane.y += turnedTo.y * billboards; next.y = (standsAt(plane.y, 2u) - start.y) / way.y; }
+        if (acrossX) { plane.x += turnedTo.x * billboards; next.x = (standsAt(plane.x, 1u) - start.x) / direction.x; }
+        else { plane.y += turnedTo.y * billboards; next.y = (standsAt(plane.y, 2u) - start.y) / direction.y; }
         before = depth_m;
         above = high;
     }
@@ -326,8 +327,8 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
 }
 
 // The ray from a point in relative space, to the depth of what is there already
-bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool onGround, out Traced t, out Around a) {
-    lot = unit(hash3(uvec3(pixel, floatBitsToUint(view.jitter.x)))).x;
+bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool on_ground, out Traced t, out Around a) {
+    random_threshold = unit(hash3(uvec3(pixel, floatBitsToUint(view.jitter.x)))).x;
     t = Traced(vec4(0.0), vec3(0.0), 0.0, 0.0, NOWHERE_M, 0u, 0.0, 0.0);
     float nearest_m = range_m.x;
 #ifdef FAR
@@ -349,7 +350,7 @@ bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool onGround, out T
     follow(t, a, eye_rs, ray, from, NOWHERE_M, false, false, steps);
     return t.depth_m < NOWHERE_M;
 #endif
-    if (!onGround) {
+    if (!on_ground) {
         follow(t, a, eye_rs, ray, from, end_m, false, inside, FARTHER * steps);
         return t.depth_m < NOWHERE_M;
     }

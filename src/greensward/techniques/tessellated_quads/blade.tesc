@@ -2,17 +2,17 @@
 #include "techniques/tessellated_quads/quad.glsl"
 #include "techniques/tessellated_quads/outlined.glsl"
 #include "culling/tests.glsl"
-#include "block/Sward"
+#include "layout/Sward"
 
 layout(vertices = 1) out;
 
 #ifndef SHADOW
-layout(std430, binding = 7) buffer Drawn { uint drawn[]; };  // blades, summed in 1,024 parts
+layout(std430) buffer Drawn { uint drawn[]; };  // blades, summed in 1,024 parts
 #endif
 
 uniform float thinning;
-uniform bool bySize;
-uniform float pxPerQuad;
+uniform bool by_size;
+uniform float px_per_quad;
 
 in Outlined blade[];
 
@@ -21,21 +21,21 @@ patch out vec3 bend;  // control point of the middle, from the root
 
 void main() {
     Outlined b = blade[0];
-    float away = distance(b.root + view.origin_ws.xyz, view.camera_ws.xyz), level = 0.0, here = 1.0;
+    float away = distance(b.root + view.origin_ws.xyz, view.camera_ws.xyz), level = 0.0, fade = 1.0;
     if (b.shape.z > 0.0) {
         // Section 6.3: more blades are left out the farther they are, at random
-        float kept = 1.0 - thinning * min(away / sward.reach_m, 1.0);
-        here = thinning > 0.0 ? clamp((kept * (1.0 + FADING) - b.shape.w) / FADING, 0.0, 1.0) : 1.0;
+        float share = 1.0 - thinning * min(away / sward.reach_m, 1.0);
+        fade = thinning > 0.0 ? clamp((share * (1.0 + FADING) - b.shape.w) / FADING, 0.0, 1.0) : 1.0;
         level = levelByDistance(b.shape.z, away, sward.reach_m);
-        if (bySize && level > 0.0) {
+        if (by_size && level > 0.0) {
             vec4 low = view.clip_from_relative * vec4(b.root, 1.0), high = view.clip_from_relative * vec4(b.root + b.tip, 1.0);
-            level = levelBySize(b.shape.z, high.y / max(high.w, 1e-3), low.y / max(low.w, 1e-3), view.size_px.y, pxPerQuad);
+            level = levelBySize(b.shape.z, high.y / max(high.w, 1e-3), low.y / max(low.w, 1e-3), view.size_px.y, px_per_quad);
         }
     }
-    b.side *= here;
+    b.side *= fade;
     bent = b;
     bend = controlPoint(vec3(0.0), b.tip, b.up, b.shape.xy);
-    if (here <= 0.0) level = 0.0;
+    if (fade <= 0.0) level = 0.0;
 #ifdef FRUSTUM
     else if (outside(b.root, b.root + bend, b.root + b.tip, length(b.side))) level = 0.0;
 #endif
@@ -44,6 +44,6 @@ void main() {
     gl_TessLevelInner[0] = 1.0;
     gl_TessLevelInner[1] = level;
 #ifndef SHADOW
-    if (level > 0.0) atomicAdd(drawn[b.name.x & 1023u], 1u);
+    if (level > 0.0) atomicAdd(drawn[b.idAndSpecies.x & 1023u], 1u);
 #endif
 }

@@ -1,54 +1,56 @@
 // From a blade of the field, or of the one patch, to its outline: turned, offset and bent by what moves it.
-#include "culling/presence.glsl"
+#include "culling/level_of_detail.glsl"
+#include "layout/DrawCommand"
 #include "shaders/bezier.glsl"
 #include "culling/tests.glsl"
 #ifdef INSTANCED
-// a file is included once: before culling/blades.glsl, which includes the same where it is built for unstored blades
 #include "techniques/tessellated_quads/patch.glsl"
-#include "motion/posture.glsl"
+#include "motion/pose.glsl"
+#else
+#include "culling/blades.glsl"
 #endif
-#include "techniques/colours.glsl"
+#include "techniques/blades/blade_material.glsl"
 #include "techniques/tessellated_quads/quad.glsl"
 #include "techniques/tessellated_quads/outlined.glsl"
 #include "techniques/tessellated_quads/parameters.glsl"
 
 #ifdef INSTANCED
-uniform float timeNow;
-uniform float timePrevious;
+uniform float time_s;
+uniform float previous_time_s;
 #else
-layout(std430, binding = 5) readonly buffer Listed { uint listed[]; };
-layout(std430, binding = 11) readonly buffer Commands { uint commands[]; };  // the last of each five: how many are drawn
+layout(std430) readonly buffer Listed { uint listed[]; };
+layout(std430) readonly buffer Commands { DrawCommand commands[]; };
 
 uniform int command;
-uniform bool onGround;  // where the vegetation map lies
+uniform bool on_ground;  // where the vegetation map lies
 #endif
 
-uniform uint firstId;
+uniform uint first_blade_id;
 uniform float shrinking;
 
 out Outlined blade;
 
-// Posture now and one frame ago, relative to the root, and the id
-bool fetch(out Blade b, out Hull h, out vec3 tip, out vec3 before, out uint id) {
+// Pose now and one frame ago, relative to the root, and the id
+bool fetch(out Blade b, out BladeBounds h, out vec3 tip, out vec3 before, out uint id) {
 #ifdef INSTANCED
     uint index;
     ivec2 place;
-    Stored s;
-    if (!takeStored(index, place, s) || !mayShow(index, place, s) || !growStored(index, place, s, b) || !isThere(b, h)) return false;
+    PatternRoot s;
+    if (!takeStored(index, place, s) || !mayShow(index, place, s) || !growStored(index, place, s, b) || !startBounds(b, h)) return false;
     vec3 control, previousControl;
-    stand(b, timeNow, control, tip);
-    stand(b, timePrevious, previousControl, before);
-    id = firstId + uint(firstPlace + gl_InstanceID / chunksPerPatch) * uint(bladesStored) + index;
+    bentControlPoints(b, time_s, control, tip);
+    bentControlPoints(b, previous_time_s, previousControl, before);
+    id = first_blade_id + uint(first_place + gl_InstanceID / chunks_per_patch) * uint(blades_stored) + index;
 #else
     uint at = uint(gl_InstanceID) * 32u + uint(gl_VertexID);
     // the last instance may have more than are left
-    if (at >= commands[5 * command + 4]) return false;
+    if (at >= commands[command].survivors) return false;
     uint index = listed[at];
-    if (!fetchBlade(index, b) || !isThere(b, h)) return false;
+    if (!fetchBlade(index, b) || !startBounds(b, h)) return false;
     vec3 control, previousControl;
-    postureNow(index, b, vec3(0.0), control, tip);
-    postureBefore(index, b, vec3(0.0), previousControl, before);
-    id = firstId + index;
+    poseNow(index, b, vec3(0.0), control, tip);
+    poseBefore(index, b, vec3(0.0), previousControl, before);
+    id = first_blade_id + index;
 #endif
     return true;
 }
@@ -65,7 +67,7 @@ void leanAtRandom(Blade b, vec3 side, vec3 up, vec3 front, float height, vec2 of
 
 void main() {
     Blade b;
-    Hull h;
+    BladeBounds h;
     vec3 tip, before;
     uint id;
     gl_Position = vec4(0.0);
@@ -73,7 +75,7 @@ void main() {
     if (!fetch(b, h, tip, before, id)) return;
     Parameters own = parametersAt(b);
     if (bladeRank(b) > own.density) return;
-    uvec3 bits = hash3(uvec3(b.chance, b.look, floatBitsToUint(b.facing)));
+    uvec3 bits = hash3(uvec3(b.chance, b.flags, floatBitsToUint(b.facing)));
     vec3 random = unit(bits), more = unit(hash3(bits));
     vec3 up = bladeUp(b), front, side;
     bladeFrame(up, b.facing, front, side);
@@ -90,26 +92,26 @@ void main() {
     b.height = height;
     h.v1 = h.v0 + lower * controlPoint(vec3(0.0), tip, up, r);
     h.v2 = h.v0 + lower * tip;
-    drawIn(h);
-    float wide = widthOf(b, h);
+    shrinkByFade(h);
+    float wide = leafWidth(b, h);
     if (wide <= 0.0) return;
     vec3 chord = chordOf(h);
 
     blade.root = h.v0;
     blade.up = up;
     blade.tip = h.v2 - h.v0;
-    blade.before = lower * h.here * before;
+    blade.before = lower * h.fade * before;
     blade.trueSide = acrossOf(b, chord);
     blade.side = wide * drawnSide(blade.trueSide, chord, toViewerFrom(h.middle));
     blade.shape = vec4(r, own.smoothness, bladeRank(b));
 #ifndef SHADOW
 #ifdef INSTANCED
-    const bool onGround = true;
+    const bool on_ground = true;
 #endif
-    Look look = lookOf(b, h, onGround);
-    blade.look = uvec4(packUnorm4x8(vec4(sqrt(look.root.rgb), look.root.w)), packUnorm4x8(vec4(sqrt(look.tip.rgb), look.tip.w)),
-                       packUnorm4x8(vec4(look.tall / 4.0, look.far, look.share, look.mapped)),
-                       packSnorm2x16(octahedralEncode(look.wall)));
+    Material material = materialOf(b, h, on_ground);
+    blade.material = uvec4(packUnorm4x8(vec4(sqrt(material.root.rgb), material.root.w)), packUnorm4x8(vec4(sqrt(material.tip.rgb), material.tip.w)),
+                       packUnorm4x8(vec4(material.tall / 4.0, material.far, material.share, material.mapped)),
+                       packSnorm2x16(octahedralEncode(material.wall)));
 #endif
-    blade.name = uvec2(id, bladeSpecies(b));
+    blade.idAndSpecies = uvec2(id, bladeSpecies(b));
 }

@@ -1,25 +1,24 @@
-"""One stored patch of blades, and the places at which it is drawn."""
+"""Places at which one stored patch of blades is drawn."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import moderngl
 import numpy as np
 
-from greensward.culling import CHUNK, at_least
-from greensward.culling.patches import Grid, patches_in_view
-from greensward.gpu.buffers import rewrite
+from greensward.culling import CHUNK
+from greensward.gpu.buffers import at_least, upload
+from greensward.gpu.device import Device
+from greensward.gpu.kernels import Resource
 from greensward.gpu.view import View
 from greensward.scene import InputError
-from greensward.techniques.tessellated_quads.settings import Settings
+from greensward.sowing.blade import MOST_BLADES
+from greensward.sowing.pattern import PATTERN_ROOT, Grid, patches_in_view, pattern_of
+from greensward.techniques.tessellated_quads.settings import QuadSettings
 from greensward.world import World
 
-PATCH, PLACES = 5, 6
-"""Shader-storage bindings."""
 FADING = 0.12
-"""Of all ranks: those that thinning leaves out next are narrower already. The shaders are built with it."""
-_MOST_IDS = (1 << 27) - 2
-_STORED_FLOATS = 10
+"""Part of all ranks over which blades that thinning leaves out next are narrower. The shaders are built with it."""
+_PLACE = np.dtype((np.int32, 2))
 _EACH_WAY = 1 << 14
 """Patches to each side of the origin where the ground goes on beyond its edge."""
 
@@ -39,20 +38,20 @@ class Group:
 
 
 class Instances:
-    """The patch, stored once, and for each view the places where it shows, by density."""
+    """The pattern, stored once, and for each view the places where it shows, by density."""
 
-    def __init__(self, ctx: moderngl.Context, world: World, settings: Settings) -> None:
-        self._ctx, self._world, self._settings = ctx, world, settings
+    def __init__(self, device: Device, world: World, settings: QuadSettings) -> None:
+        self._device, self._world, self._settings = device, world, settings
         scene = world.scene
         self.stored = int(np.ceil(scene.sowing.density_per_m2 * settings.patch_m**2)) if scene.grass else 0
-        limit = ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"] // (4 * _STORED_FLOATS)
+        limit = device.limits.storage_block_bytes // PATTERN_ROOT.dtype.itemsize
         if self.stored > limit:
             raise InputError(
                 f"technique.patch_m: must leave at most {limit / 1e6:.1f} million blades to a patch on this driver "
                 f"(got {self.stored / 1e6:.1f} million); lower it or sowing.density_per_m2"
             )
-        self._patch = ctx.buffer(_stored(self.stored, scene.seed))
-        self._places = ctx.buffer(reserve=8)
+        self._patch = device.ctx.buffer(pattern_of(self.stored, scene.seed))
+        self._places = device.ctx.buffer(reserve=_PLACE.itemsize)
         self._grid = self._grid_of(settings.patch_m)
         self._views: tuple[View, ...] = ()
         self.groups: dict[View, list[Group]] = {}
@@ -99,43 +98,30 @@ class Instances:
                     self.groups[view].append(Group(at, len(mine), blades))
                     places.append(nodes[mine])
                     at += len(mine)
-        if at * self.stored > _MOST_IDS:
+        if at * self.stored > MOST_BLADES:
             raise InputError(
                 f"technique.patch_m: {at:,} patches of {self.stored:,} blades are more than ids are for; "
                 "lower sowing.density_per_m2 or sowing.reach_m"
             )
         if places:
-            self._places = at_least(self._ctx, self._places, 8 * at)
-            rewrite(self._places, np.concatenate(places).astype(np.int32))
+            self._places = at_least(self._device, self._places, _PLACE.itemsize * at)
+            upload(self._places, np.concatenate(places).astype(np.int32))
 
     def _needed(self, away: np.ndarray, view: View) -> np.ndarray:
-        """Part of the patch that a view needs at a distance: the scene's level of detail, then section 6.3's."""
+        """Part of the patch that a view needs at a distance: by the scene's level of detail, then by section 6.3."""
         scene, settings = self._world.scene, self._settings
-        kept = 1.0 - settings.thinning * np.minimum(away / scene.sowing.reach_m, 1.0)
-        kept = np.minimum(kept * (1.0 + FADING), 1.0) if settings.thinning else kept
+        coverage = 1.0 - settings.thinning * np.minimum(away / scene.sowing.reach_m, 1.0)
+        coverage = np.minimum(coverage * (1.0 + FADING), 1.0) if settings.thinning else coverage
         if scene.culling.distance:
-            kept = np.minimum(kept, (scene.sowing.full_density_m / np.maximum(away, 1e-3)) ** 2)
-        return np.minimum(kept, 1.0) * (view.density if scene.culling.distance else float(view.density > 0.0))
+            coverage = np.minimum(coverage, (scene.sowing.full_density_m / np.maximum(away, 1e-3)) ** 2)
+        return np.minimum(coverage, 1.0) * (view.density if scene.culling.distance else float(view.density > 0.0))
 
-    def bind(self) -> None:
-        """Bind the patch and its places."""
-        self._patch.bind_to_storage_buffer(PATCH)
-        self._places.bind_to_storage_buffer(PLACES)
+    @property
+    def bindings(self) -> dict[str, Resource]:
+        """The pattern and its places, by their names in shaders."""
+        return {"Patch": self._patch, "Places": self._places}
 
     def release(self) -> None:
         """Free the GPU memory."""
         self._patch.release()
         self._places.release()
-
-
-def _stored(count: int, seed: int) -> np.ndarray:
-    """Blades of a patch of edge 1: x and z, even in any prefix, and eight random values, float32 (count, 10)."""
-    random = np.random.default_rng([seed, 2013])
-    # as in sowing/ground_blade.glsl: an additive recurrence, jittered by the spacing of the points so far
-    index = np.arange(count)[:, None]
-    even = index * np.array([0.7548776662466927, 0.5698402909980532]) + random.random(2)
-    jitter = (random.random((count, 2)) - 0.5) * 1.4 / np.sqrt(index + 1.0)
-    table = np.empty((max(count, 1), _STORED_FLOATS), np.float32)
-    table[:count, :2] = (even + jitter) % 1.0
-    table[:count, 2:] = random.random((count, 8))
-    return table

@@ -12,19 +12,19 @@ struct Parameters {
 };
 
 #if PATCHES > 0
-uniform vec4 patchArea_m[PATCHES];  // x and z, least and greatest
-uniform vec4 patchSize_m[PATCHES];  // width and height
-uniform vec3 patchOwn[PATCHES];     // density, bending, smoothness
+uniform vec4 patch_area_m[PATCHES];  // x and z, least and greatest
+uniform vec4 patch_size_m[PATCHES];  // width and height
+uniform vec3 patch_own[PATCHES];     // density, bending, smoothness
 #endif
 
 Parameters parametersAt(Blade b) {
     Parameters own = Parameters(1.0, vec2(-1.0), vec2(-1.0), bending_m, smoothness);
 #if PATCHES > 0
-    if ((b.look & 64u) != 0u) return own;
+    if (isOnObject(b)) return own;
     for (int i = 0; i < PATCHES; i++) {
-        vec4 area = patchArea_m[i];
+        vec4 area = patch_area_m[i];
         if (b.x < area.x || b.z < area.y || b.x > area.z || b.z > area.w) continue;
-        own = Parameters(patchOwn[i].x, patchSize_m[i].xy, patchSize_m[i].zw, patchOwn[i].y, patchOwn[i].z);
+        own = Parameters(patch_own[i].x, patch_size_m[i].xy, patch_size_m[i].zw, patch_own[i].y, patch_own[i].z);
     }
 #endif
     return own;

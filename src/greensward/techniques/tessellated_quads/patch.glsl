@@ -1,39 +1,39 @@
 // The one stored patch, drawn at many places: a blade of one of its instances, grown from the maps where it stands.
 #include "sowing/ground_blade.glsl"
+#include "culling/level_of_detail.glsl"
 #include "techniques/tessellated_quads/variation.glsl"
 #include "culling/tests.glsl"
+#include "layout/PatternRoot"
 
-struct Stored { float x, z; float random[8]; };  // of a patch of edge 1
+layout(std430) readonly buffer Patch { PatternRoot stored[]; };
+layout(std430) readonly buffer Places { ivec2 places[]; };  // of instances, in patches
 
-layout(std430, binding = 5) readonly buffer Patch { Stored stored[]; };
-layout(std430, binding = 6) readonly buffer Places { ivec2 places[]; };  // of instances, in patches
-
-uniform int firstPlace;
-uniform int chunksPerPatch;  // of 32 blades
-uniform int bladesPerPatch;  // at this density
-uniform int bladesStored;
+uniform int first_place;
+uniform int chunks_per_patch;  // of 32 blades
+uniform int blades_per_patch;  // at this density
+uniform int blades_stored;
 uniform float patch_m;
 uniform int variation;
 uniform float tallest_m;
 uniform float thinning;
 
 // False beyond the last of a patch
-bool takeStored(out uint index, out ivec2 place, out Stored s) {
-    int chunk = gl_InstanceID % chunksPerPatch;
+bool takeStored(out uint index, out ivec2 place, out PatternRoot s) {
+    int chunk = gl_InstanceID % chunks_per_patch;
     index = uint(32 * chunk + gl_VertexID);
-    if (index >= uint(bladesPerPatch)) return false;
-    place = places[firstPlace + gl_InstanceID / chunksPerPatch];
+    if (index >= uint(blades_per_patch)) return false;
+    place = places[first_place + gl_InstanceID / chunks_per_patch];
     s = stored[index];
     return true;
 }
 
 // Whether it may be needed as far away as it is at least, and may be in view: before anything is asked of the maps
-bool mayShow(uint index, ivec2 place, Stored s) {
+bool mayShow(uint index, ivec2 place, PatternRoot s) {
     vec2 xz = (vec2(place) + vec2(s.x, s.z)) * patch_m;
-    float near = max(distance(xz, view.camera_ws.xz) - 0.5 * sward.clump_m, 0.0), rank = (float(index) + 0.5) / float(bladesStored);
+    float near = max(distance(xz, view.camera_ws.xz) - 0.5 * sward.clump_m, 0.0), rank = (float(index) + 0.5) / float(blades_stored);
     if (near >= sward.blades_m || rank > view.density) return false;
 #ifndef ALL_DISTANCES
-    if (rank > risenAt(near, view.density)) return false;
+    if (rank > lodCoverage(near, view.density)) return false;
 #endif
     // as blade.tesc has it
     if (rank > (1.0 - thinning * min(near / sward.reach_m, 1.0)) * (1.0 + FADING)) return false;
@@ -42,7 +42,7 @@ bool mayShow(uint index, ivec2 place, Stored s) {
 }
 
 // Section 6.2: moved to its instance, hidden by the density map, raised by the height map
-bool growStored(uint index, ivec2 place, Stored s, out Blade b) {
+bool growStored(uint index, ivec2 place, PatternRoot s, out Blade b) {
     vec2 xz = (vec2(place) + vec2(s.x, s.z)) * patch_m;
     uvec3 bits;
     for (int k = 0; k < 3; k++) {
@@ -52,10 +52,8 @@ bool growStored(uint index, ivec2 place, Stored s, out Blade b) {
     }
     Seed seed;
     seed.random = hash3(bits);
-    Clump clump = clumpAt(xz);
-    xz = mix(xz, clump.centre, 0.35 * sward.clumping * unit(seed.random.z));
-    seed.clump = clump.random;
-    seed.rank = (float(index) + 0.5) / float(bladesStored);
+    seed.clump = pullIntoClump(xz, seed.random);
+    seed.rank = (float(index) + 0.5) / float(blades_stored);
     seed.root = vec3(xz.x, groundHeight(xz), xz.y);
     return sprout(seed, b);
 }

@@ -1,4 +1,4 @@
-"""What blades are painted with: an outline and colours for each species, as layers of one texture."""
+"""Images of blades: an outline and colours for each species, as layers of one texture."""
 
 import moderngl
 import numpy as np
@@ -90,7 +90,7 @@ def _fibres(columns: int) -> Pixels:
 
 
 def outline(shape: str, columns: int, rows: int) -> Pixels:
-    """How much of each texel lies inside the outline of `grass.shape`, float64 (rows, columns), first row at the tip.
+    """Part of each texel inside the outline of `grass.shape`, float64 (rows, columns), first row at the tip.
 
     The outlines of techniques/outlines.glsl (Jahrmann & Wimmer 2017), without what depends on the size on the screen.
     """

@@ -1,9 +1,7 @@
-// The width of a leaf for the tests of culling, with the distance that these quads may have from the curve of their posture.
-#define widthOf widthOfLeaf
-#include "techniques/leaf.glsl"
-#undef widthOf
+// Width that culling tests a blade with: that of a leaf, and how far these quads may be from the curve of their pose.
+#include "techniques/blades/leaf.glsl"
 
-float widthOf(Blade b, Hull h) {
-    float wide = widthOfLeaf(b, h);
+float widthOf(Blade b, BladeBounds h) {
+    float wide = leafWidth(b, h);
     return wide > 0.0 ? wide + leaf.slack_m : wide;
 }

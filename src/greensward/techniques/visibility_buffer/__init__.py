@@ -1,88 +1,103 @@
-"""Blades rasterised by compute shaders: first which of them is nearest at each pixel, then the surface it shows."""
+"""Visibility buffer: blades rasterised by compute shaders, first which is nearest at each pixel, then its surface."""
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import moderngl
 import numpy as np
 from pydantic import BaseModel, Field
 
-from greensward.culling import Pyramid, Span, at_least, test_defines, width_from
-from greensward.gpu.blocks import BlockBuffer
-from greensward.gpu.pixel_pass import IMAGES_WRITTEN, Shell, pixel_groups
-from greensward.gpu.program import build, build_compute, put
+from greensward.culling import (
+    DRAW_COMMAND,
+    ChunkRange,
+    DepthPyramid,
+    DrawList,
+    test_defines,
+    width_from,
+)
+from greensward.gpu.buffers import at_least, release_all, zeros
+from greensward.gpu.device import COMMANDS_WRITTEN, IMAGES_WRITTEN, STORAGE_WRITTEN, Device, Stage
+from greensward.gpu.kernels import Bindings, Draw, Kernel
+from greensward.gpu.layouts import WORD, BlockBuffer, struct
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.scene import InputError
 from greensward.scene.base import Count
 from greensward.sowing import Page, UnstoredPage
-from greensward.techniques.leaf import LEAF_BLOCK, LeafSettings
-from greensward.world import Instant, Seen, World
+from greensward.techniques.blades.leaf import LEAF_BLOCK, LeafSettings
+from greensward.techniques.technique import Needs
+from greensward.world import FrameTime, World
 
 _FOLDER = "techniques/visibility_buffer"
-CELLS, NAMES, LISTS, LARGE, WON, DRAWN, SQUARES = range(5, 12)
-"""Shader-storage bindings while blades are drawn."""
 LARGE_PX = 4000.0
 """Pixels of a blade above which a column of workgroups draws it instead of one invocation."""
 _NEAREST_PART = 0.15
-"""Of the blades in view, those that are filled before the others are tested against them."""
-_DRAWN_PARTS = 1024
+"""Part of the blades in view that is filled before the others are tested against them."""
 _SQUARE = 4  # of squares.glsl
-_NO_SQUARES = np.array([4, 0, 0, 0, 0], np.uint32)
-_LISTS_BYTES = 40  # of lists.glsl
-_LARGE_GROUPS, _WON_GROUPS = 16, 28  # and where in it
+_NO_SQUARES = np.array((4, 0, 0, 0, 0), DRAW_COMMAND.dtype)
+_LISTS = struct(
+    "DeferredLists",
+    ("gathered", "uint", 2),  # blades in the lists that are being written
+    ("listed", "uint", 2),  # and in those that are read
+    ("large_groups", "uint", 3),
+    ("won_groups", "uint", 3),
+    ("drawn", "uint", 1024),  # blades that are drawn, summed in parts
+)
 _WIDE = ("GL_NV_gpu_shader5", "GL_NV_shader_atomic_int64")
 
 
-def has_wide_atomics(ctx: moderngl.Context) -> bool:
-    """Whether shaders can take the larger of two 64-bit numbers in one step."""
-    return set(_WIDE) <= ctx.extensions
+class VisibilitySettings(LeafSettings):
+    """Fineness, thinness and roundness of blades."""
 
-
-class Settings(LeafSettings):
-    """How finely blades are cut, and how thin they may become."""
-
-    max_level: Count = Field(12, ge=1, le=32)
+    max_level: Count = Field(default=12, ge=1, le=32)
     """Never more segments than this."""
 
 
-class _Shaders:
-    """Those that look blades up, for one purpose; with `behind`, also behind what the cells already show."""
+@dataclass(frozen=True)
+class _Kernels:
+    """Kernels that look blades up, for one purpose; with `behind`, also behind what is already visible."""
 
-    def __init__(
-        self,
-        ctx: moderngl.Context,
+    raster: Kernel
+    raster_behind: Kernel
+    large: Kernel
+    resolve: Kernel | Draw | None
+    find_squares: Kernel | None
+
+    @classmethod
+    def build(
+        cls,
+        device: Device,
+        bindings: Bindings,
         purpose: str,
         defines: dict[str, object],
-        extensions: Sequence[str],
-        shell: Shell,
+        generated: dict[str, str],
+        stage: Stage,
         behind: bool,
-    ) -> None:
-        width = width_from("techniques/leaf.glsl")
-        self.raster = build_compute(ctx, f"{_FOLDER}/raster.comp", defines, width, extensions)
-        self.raster_behind = self.raster
-        if behind:
-            hidden = {**defines, "OCCLUSION": 1}
-            self.raster_behind = build_compute(ctx, f"{_FOLDER}/raster.comp", hidden, width, extensions)
-        self.large = build_compute(ctx, f"{_FOLDER}/large.comp", defines, width, extensions)
-        self.resolve: moderngl.ComputeShader | moderngl.Program | None = None
-        self.find_squares: moderngl.ComputeShader | None = None
-        self.squares: moderngl.VertexArray | None = None
+    ) -> "_Kernels":
+        """Build them; those of a shadow map need no surfaces."""
+        extensions = _WIDE if "WIDE" in defines else ()
+        options: dict[str, Any] = {"generated": generated, "extensions": extensions}
+
+        def kernel(name: str, **more: object) -> Kernel:
+            return Kernel(device, f"{_FOLDER}/{name}.comp", {**defines, **more}, bindings, **options)
+
+        raster, large = kernel("raster"), kernel("large")
+        raster_behind = kernel("raster", OCCLUSION=1) if behind else raster
         if purpose == "shadow":
-            return
-        if shell == "compute":
-            self.resolve = build_compute(ctx, f"{_FOLDER}/resolve.comp", defines, extensions=extensions)
-        else:
-            stages = f"{_FOLDER}/resolve.vert", f"{_FOLDER}/resolve.frag"
-            self.resolve = build(ctx, *stages, defines=defines, extensions=extensions)
-            self.find_squares = build_compute(ctx, f"{_FOLDER}/squares.comp", defines, extensions=extensions)
-            self.squares = ctx.vertex_array(self.resolve, [])
+            return cls(raster, raster_behind, large, None, None)
+        if stage == "compute":
+            return cls(raster, raster_behind, large, kernel("resolve"), None)
+        stages = f"{_FOLDER}/resolve.vert", f"{_FOLDER}/resolve.frag"
+        resolve = Draw(device, *stages, defines=defines, bindings=bindings, **options)
+        return cls(raster, raster_behind, large, resolve, kernel("squares"))
 
     def release(self) -> None:
+        """Free the programs."""
         if self.raster_behind is not self.raster:
             self.raster_behind.release()
-        for part in (self.raster, self.large, self.find_squares, self.squares, self.resolve):
+        for part in (self.raster, self.large, self.find_squares, self.resolve):
             if part:
                 part.release()
 
@@ -94,76 +109,78 @@ class VisibilityBuffer:
     source: ClassVar[str] = (
         "Burns & Hunt 2013, The Visibility Buffer; Karis et al. 2021, A Deep Dive into Nanite Virtualized Geometry"
     )
-    Settings: ClassVar[type[BaseModel]] = Settings
-    last: ClassVar[bool] = True
-    draws_unstored: ClassVar[bool] = True
+    Settings: ClassVar[type[BaseModel]] = VisibilitySettings
 
-    def __init__(self, ctx: moderngl.Context, world: World, settings: BaseModel) -> None:
-        assert isinstance(settings, Settings)
-        self._ctx, self._world = ctx, world
-        self._wide = has_wide_atomics(ctx)
-        self._block = BlockBuffer(ctx, LEAF_BLOCK)
+    def __init__(self, device: Device, world: World, settings: VisibilitySettings) -> None:
+        self._device, self._world = device, world
+        self._wide = device.features.wide_atomics
+        self._block = BlockBuffer(device.ctx, LEAF_BLOCK)
         self._block.set(**settings.block_values())
-        tests, hiding = world.scene.culling, world.pyramid is not None
+        bindings = world.bindings
+        bindings["Leaf"] = self._block
+        tests, occlusion = world.scene.culling, world.depth_pyramid is not None
         fold = {"FOLD": 1} if any(grass.shape == "quadratic-3d" for grass in world.scene.grass) else {}
-        unstored = {"UNSTORED": 1, **motion_defines(world.scene)}
-        wide = _WIDE if self._wide else ()
-        self._nearer: Pyramid | None = None
-        self._clear: dict[str, moderngl.ComputeShader] = {}
-        self._shaders: dict[tuple[str, bool], _Shaders] = {}
+        unstored = {"culling/blades.glsl": '#include "motion/unstored_blades.glsl"'}
+        self._nearer: DepthPyramid | None = None
+        self._clear: dict[str, Kernel] = {}
+        self._kernels: dict[tuple[str, bool], _Kernels] = {}
         for purpose in ("picture", "shadow"):
-            defines = {**test_defines(tests, purpose, hiding), **fold}
-            if wide and purpose == "picture":
+            defines = {**test_defines(tests, purpose, occlusion), **fold}
+            if self._wide and purpose == "picture":
                 defines["WIDE"] = 1
-            extensions = wide if purpose == "picture" else ()
-            self._clear[purpose] = build_compute(ctx, f"{_FOLDER}/clear.comp", defines, extensions=extensions)
+            extensions = _WIDE if "WIDE" in defines else ()
+            self._clear[purpose] = Kernel(device, f"{_FOLDER}/clear.comp", defines, bindings, extensions=extensions)
+            behind = tests.behind_grass and purpose == "picture"
             for stored in (True,) if world.scene.sowing.stored_m is None else (True, False):
-                self._shaders[purpose, stored] = _Shaders(
-                    ctx,
+                self._kernels[purpose, stored] = _Kernels.build(
+                    device,
+                    bindings,
                     purpose,
-                    {**defines, **({} if stored else unstored)},
-                    extensions,
-                    world.shell,
-                    tests.behind_grass and purpose == "picture",
+                    {**defines, **({} if stored else motion_defines(world.scene))},
+                    {**width_from("techniques/blades/width.glsl"), **({} if stored else unstored)},
+                    world.stage,
+                    behind,
                 )
-            if tests.behind_grass and purpose == "picture":
-                self._nearer = Pyramid(ctx, f"{_FOLDER}/nearness.glsl", defines, extensions)
-        shadow = build(ctx, "shaders/screen.vert", f"{_FOLDER}/shadow.frag", defines={"SHADOW": 1})
-        self._shadow = ctx.vertex_array(shadow, [])
-        self._plan = build_compute(ctx, f"{_FOLDER}/plan.comp")
-        self._cells, self._names, self._large_list, self._won, self._squares = (
-            ctx.buffer(reserve=20) for _ in range(5)
+            if behind:
+                self._nearer = DepthPyramid(device, bindings, f"{_FOLDER}/depth_so_far.glsl", defines, extensions)
+        stages = "shaders/screen.vert", f"{_FOLDER}/shadow.frag"
+        self._shadow = Draw(device, *stages, defines={"SHADOW": 1}, bindings=bindings)
+        self._plan = Kernel(device, f"{_FOLDER}/plan.comp", {}, bindings)
+        self._visible, self._ids, self._deferred, self._squares = (
+            device.ctx.buffer(reserve=DRAW_COMMAND.dtype.itemsize) for _ in range(4)
         )
-        self._lists, self._drawn = ctx.buffer(bytes(_LISTS_BYTES)), ctx.buffer(reserve=4 * _DRAWN_PARTS)
+        self._lists = zeros(device, _LISTS.dtype.itemsize)
 
     @staticmethod
-    def draws_field(settings: BaseModel) -> bool:  # noqa: ARG004
-        """Always."""
-        return True
+    def needs(settings: VisibilitySettings) -> Needs:  # noqa: ARG004
+        """Blades, stored or not, after all else."""
+        return Needs(unstored=True, all_else_first=True)
 
-    def update(self, instant: Instant) -> None:
-        """Make room for the cells of the largest view and for the lists of the longest run of chunks.
+    def update(self, frame: FrameTime) -> None:
+        """Make room for the pixels of the largest view and for the lists of the longest run of chunks.
 
-        Raises `InputError` for a view of more pixels than the driver can hold cells for.
+        Raises `InputError` for a view of more pixels than the driver can hold.
         """
-        self._instant = instant
-        pixels = max(view.size_px[0] * view.size_px[1] for view in instant.views)
-        self._refuse_too_large(instant.views)
-        self._cells = at_least(self._ctx, self._cells, pixels * (8 if self._wide else 4))
+        self._frame = frame
+        device = self._device
+        pixels = max(view.size_px[0] * view.size_px[1] for view in frame.views)
+        self._refuse_too_large(frame.views)
+        self._visible = at_least(device, self._visible, pixels * WORD * (2 if self._wide else 1))
         if not self._wide:
-            self._names = at_least(self._ctx, self._names, pixels * 4)
-        if self._world.shell == "fragment":
-            self._squares = at_least(self._ctx, self._squares, 20 + max(map(_squares_in, instant.views)) * 4)
-        blades = max((seen.blades.items for view in instant.views for seen in self._world.seen(view)), default=0)
-        self._large_list = at_least(self._ctx, self._large_list, blades * 4)
-        if not self._wide:
-            self._won = at_least(self._ctx, self._won, blades * 4)
+            self._ids = at_least(device, self._ids, pixels * WORD)
+        if self._world.stage == "fragment":
+            squares = max(map(_squares_in, frame.views))
+            self._squares = at_least(device, self._squares, DRAW_COMMAND.dtype.itemsize + squares * WORD)
+        shown = (each for view in frame.views for each in self._world.visible.of(view))
+        # a list of the large, and with 32 bits one of those whose ids are still to be written
+        self._capacity = max((each.blades.items for each in shown), default=0)
+        self._deferred = at_least(device, self._deferred, self._capacity * WORD * (1 if self._wide else 2))
 
     def _refuse_too_large(self, views: Sequence[View]) -> None:
-        limit = self._ctx.info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"]
+        limit = self._device.limits.storage_block_bytes
         for view in views:
             width, height = view.size_px
-            most = limit // (8 if self._wide and view.purpose == "picture" else 4)
+            most = limit // (WORD * (2 if self._wide and view.purpose == "picture" else 1))
             if width * height <= most:
                 continue
             where, rule = "size", f"must have at most {most / 1e6:,.0f} million pixels"
@@ -175,140 +192,138 @@ class VisibilityBuffer:
             )
 
     def draw(self, view: View) -> None:
-        """Fill the cells with every blade that the view shows, then turn them into surfaces or into depth."""
-        seen = self._world.seen(view)
-        if not seen:
+        """Fill the visibility buffer with every blade that the view shows, then make surfaces or depth of it."""
+        lists = self._world.visible.of(view)
+        if not lists:
             return
-        self._block.bind()
-        bindings = CELLS, NAMES, LISTS, LARGE, WON, DRAWN, SQUARES
-        for binding, buffer in zip(bindings, self._buffers(), strict=True):
-            buffer.bind_to_storage_buffer(binding)
+        self._world.bindings.update(
+            VisibilityBuffer=self._visible,
+            InverseDepths=self._visible,
+            PrimitiveIds=self._ids,
+            Lists=self._lists,
+            Deferred=self._deferred,
+            Squares=self._squares,
+        )
         self._empty(view)
         if self._nearer and view.purpose == "picture":
-            self._fill_behind(self._nearer, seen, view)
+            self._fill_behind(self._nearer, lists, view)
         else:
-            for each in seen:
+            for each in lists:
                 self._fill(each.page, each.blades, view)
         if view.purpose == "shadow":
-            self._ctx.enable_only(moderngl.DEPTH_TEST)
-            self._shadow.render(moderngl.TRIANGLES, vertices=3)
+            self._device.ctx.enable_only(moderngl.DEPTH_TEST)
+            self._shadow.run(moderngl.TRIANGLES, 3)
         else:
-            for each in seen:
-                each.page.bind()
+            for each in lists:
                 self._show(each, view)
-        # what comes next may empty the cells before all of them have been looked up
-        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+        # what comes next may empty the buffer before all of it has been looked up
+        self._device.ctx.memory_barrier(STORAGE_WRITTEN)
 
     def _empty(self, view: View) -> None:
-        shader = self._clear[view.purpose]
-        if view.purpose == "picture":
-            shader["farthest_m"] = view.near_and_far_m[1]
-        shader.run(*pixel_groups(view.size_px))
-        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+        self._clear[view.purpose].run_over(view.size_px, farthest_m=view.near_and_far_m[1])
+        self._device.ctx.memory_barrier(STORAGE_WRITTEN)
 
-    def _fill_behind(self, pyramid: Pyramid, seen: Sequence[Seen], view: View) -> None:
-        """First the nearest, which hide the most, then of the others what is not hidden by them."""
-        parts = [(each.page, each.blades.split(_NEAREST_PART)) for each in seen]
+    def _fill_behind(self, pyramid: DepthPyramid, lists: Sequence[DrawList], view: View) -> None:
+        """Fill the nearest first, which hide the most, then of the others what is not hidden by them."""
+        parts = [(each.page, each.blades.split(_NEAREST_PART)) for each in lists]
         for page, (near, _) in parts:
             self._fill(page, near, view)
         pyramid.build(view.size_px)
+        self._world.bindings["DepthPyramid"] = pyramid.buffer
         for page, (_, far) in parts:
             self._fill(page, far, view, behind=True)
 
-    def _fill(self, page: Page | UnstoredPage, blades: Span, view: View, behind: bool = False) -> None:
+    def _fill(self, page: Page | UnstoredPage, blades: ChunkRange, view: View, behind: bool = False) -> None:
         if not blades.count:
             return
-        page.bind()
-        shaders = self._shaders[view.purpose, isinstance(page, Page)]
-        raster, large = shaders.raster_behind if behind else shaders.raster, shaders.large
-        values = {
-            **self._growing(),
-            "firstChunk": blades.first,
-            "chunkCount": blades.count,
-            "large_px": LARGE_PX,
-            "firstName": 32 * page.first_id,
+        kernels = self._kernels[view.purpose, isinstance(page, Page)]
+        raster, large = kernels.raster_behind if behind else kernels.raster, kernels.large
+        values: dict[str, Any] = {
+            **page.bindings,
+            **self._unstored(page),
+            "list_capacity": self._capacity,
+            "first_primitive_id": 32 * page.first_id,
             "near_m": view.near_and_far_m[0],
+            "writing_ids": False,
         }
-        for shader in (raster, large):
-            put(shader, **values, naming=False)
-        self._plan["rows"] = view.size_px[1]
-        raster.run(*blades.groups)
-        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-        self._plan.run()
-        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
-        large.run_indirect(self._lists, _LARGE_GROUPS)
+        culled: dict[str, Any] = {
+            "Chunks": self._world.visible.chunks.buffer,
+            "first_chunk": blades.first,
+            "chunk_count": blades.count,
+            "large_px": LARGE_PX,
+        }
+        barrier = self._device.ctx.memory_barrier
+        raster.run(blades.groups, **values, **culled)
+        barrier(STORAGE_WRITTEN)
+        self._plan.run(1, rows=view.size_px[1])
+        barrier(COMMANDS_WRITTEN)
+        large.run_indirect(self._lists, _LISTS.offset("large_groups"), **values)
         if view.purpose == "picture" and not self._wide:
-            self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-            raster["naming"] = large["naming"] = True
-            raster.run_indirect(self._lists, _WON_GROUPS)
-            large.run_indirect(self._lists, _LARGE_GROUPS)
-        self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+            barrier(STORAGE_WRITTEN)
+            values["writing_ids"] = True
+            raster.run_indirect(self._lists, _LISTS.offset("won_groups"), **values, **culled)
+            large.run_indirect(self._lists, _LISTS.offset("large_groups"), **values)
+        barrier(STORAGE_WRITTEN)
 
-    def _show(self, seen: Seen, view: View) -> None:
-        page = seen.page
-        shaders = self._shaders[view.purpose, isinstance(page, Page)]
-        assert shaders.resolve
-        put(
-            shaders.resolve,
-            **self._growing(),
-            firstName=32 * page.first_id,
-            bladeCount=page.count,
-            onGround=page.thing is None,
-            previousFromNow=tuple(view.relative(page.previous_from_now).T.ravel()),
-        )
-        if isinstance(shaders.resolve, moderngl.ComputeShader):
-            shaders.resolve.run(*pixel_groups(view.size_px))
-            self._ctx.memory_barrier(IMAGES_WRITTEN)
-        else:
-            assert shaders.squares
-            assert shaders.find_squares
-            self._squares.write(_NO_SQUARES)
-            put(shaders.find_squares, firstName=32 * page.first_id, bladeCount=page.count)
-            shaders.find_squares.run(*(-(-edge // (8 * _SQUARE)) for edge in view.size_px))
-            self._ctx.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
-            self._ctx.enable_only(moderngl.NOTHING)
-            shaders.squares.render_indirect(self._squares, moderngl.TRIANGLE_STRIP, 1)
+    def _show(self, shown: DrawList, view: View) -> None:
+        page = shown.page
+        kernels = self._kernels[view.purpose, isinstance(page, Page)]
+        resolve, ids = kernels.resolve, {"first_primitive_id": 32 * page.first_id, "blade_count": page.count}
+        assert resolve
+        values = {
+            **page.bindings,
+            **self._unstored(page),
+            **ids,
+            "on_ground": page.object_index is None,
+            "previous_from_now": view.relative(page.previous_from_now),
+        }
+        if isinstance(resolve, Kernel):
+            resolve.run_over(view.size_px, **values)
+            self._device.ctx.memory_barrier(IMAGES_WRITTEN)
+            return
+        find = kernels.find_squares
+        assert find
+        self._squares.write(_NO_SQUARES)
+        columns, rows = (-(-edge // _SQUARE) for edge in view.size_px)
+        find.run_over((columns, rows), **ids)
+        self._device.ctx.memory_barrier(COMMANDS_WRITTEN)
+        self._device.ctx.enable_only(moderngl.NOTHING)
+        resolve.run_indirect(moderngl.TRIANGLE_STRIP, self._squares, 0, **values)
 
-    def _growing(self) -> dict[str, float]:
-        """What the shaders of blades that are not stored need to know."""
-        instant = self._instant
+    def _unstored(self, page: Page | UnstoredPage) -> dict[str, Any]:
+        """Values that shaders of blades that are not stored name."""
+        if isinstance(page, Page):
+            return {}
+        frame = self._frame
         return {
-            "timeNow": instant.time_s,
-            "timePrevious": instant.previous_time_s,
+            "time_s": frame.time_s,
+            "previous_time_s": frame.previous_time_s,
             "tallest_m": self._world.field.tallest_m,
         }
 
     def considered(self, view: View) -> int:
-        """Blades of this view that were handed to its tests in the last frame."""
-        return self._world.considered(view)
+        """Count the blades of this view that were handed to its tests in the last frame."""
+        return self._world.visible.considered(view)
 
     def drawn(self, view: View) -> int:
-        """Blades that were drawn of the picture in the last frame."""
-        if not self._world.seen(view):
+        """Count the blades that were drawn of the picture in the last frame."""
+        if not self._world.visible.of(view):
             return 0
-        self._ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        return int(np.frombuffer(self._drawn.read(), np.uint32).sum())
+        self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
+        (lists,) = np.frombuffer(self._lists.read(), _LISTS.dtype)
+        return int(lists["drawn"].sum())
 
     def release(self) -> None:
         """Free programs, blocks and buffers."""
-        for shaders in self._shaders.values():
-            shaders.release()
-        for shader in self._clear.values():
-            shader.release()
-        self._shadow.program.release()
+        for kernels in self._kernels.values():
+            kernels.release()
         if self._nearer:
             self._nearer.release()
-        for buffer in self._buffers():
-            buffer.release()
-        for part in (self._plan, self._shadow, self._block):
-            part.release()
-
-    def _buffers(self) -> tuple[moderngl.Buffer, ...]:
-        lists = self._lists, self._large_list, self._won
-        return self._cells, self._names, *lists, self._drawn, self._squares
+        release_all(*self._clear.values(), self._plan, self._shadow, self._block)
+        release_all(self._visible, self._ids, self._deferred, self._squares, self._lists)
 
 
 def _squares_in(view: View) -> int:
-    """Squares of squares.glsl that cover a view."""
+    """Number of squares of squares.glsl that cover a view."""
     width, height = (-(-edge // _SQUARE) for edge in view.size_px)
     return width * height

@@ -1,13 +1,11 @@
-// Empties the cells: nothing but what the picture shows already, or in a shadow map nothing at all.
-#include "techniques/visibility_buffer/cells.glsl"
+// Empties the visibility buffer: nothing but what the picture shows already, or in a shadow map nothing at all.
+#include "techniques/visibility_buffer/visibility.glsl"
+#include "techniques/visibility_buffer/lists.glsl"
+#include "shaders/gbuffer.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #ifndef SHADOW
-layout(binding = 14) uniform sampler2D gDepth;
-
-layout(std430, binding = 10) writeonly buffer Drawn { uint drawn[]; };
-
 uniform float farthest_m;
 #endif
 
@@ -15,13 +13,13 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
 #ifndef SHADOW
     if (gl_WorkGroupID.xy == uvec2(0u)) {
-        for (uint i = gl_LocalInvocationIndex; i < 1024u; i += 64u) drawn[i] = 0u;
+        for (uint i = gl_LocalInvocationIndex; i < uint(lists.drawn.length()); i += 64u) lists.drawn[i] = 0u;
     }
 #endif
     if (any(greaterThanEqual(pixel, ivec2(view.size_px.xy)))) return;
 #ifdef SHADOW
-    clearCell(cellOf(pixel), 0.0);
+    clearVisible(pixelIndex(pixel), 0.0);
 #else
-    clearCell(cellOf(pixel), 1.0 / min(texelFetch(gDepth, pixel, 0).r, farthest_m));
+    clearVisible(pixelIndex(pixel), 1.0 / min(depthAt(pixel), farthest_m));
 #endif
 }

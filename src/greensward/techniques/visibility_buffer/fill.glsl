@@ -1,38 +1,38 @@
-// Fills quads: every pixel whose centre lies inside, each row from its left to its right edge, both half-open, so that
+// Scanline rasterisation of quads: every pixel whose centre lies inside, each row from its left to its right edge, both half-open, so that
 // neighbours share no pixel and leave none between them.
-#include "techniques/visibility_buffer/cells.glsl"
+#include "techniques/visibility_buffer/visibility.glsl"
 
 #if !defined(WIDE) && !defined(SHADOW)
-// With 32 bits a cell is filled in two runs of the same code: how near, then, where it is as near as that, the name.
-#define TWO_RUNS
-uniform bool naming;
+// With 32 bits a pixel is filled in two runs of the same code: how near, then, where it is as near as that, the id.
+#define TWO_PASSES
+uniform bool writing_ids;
 #endif
 
-bool put(uint cell, float nearness, uint name) {
-    uint key = floatBitsToUint(nearness);
+bool writeNearest(uint pixel_index, float inverse_depth, uint primitive_id) {
+    uint key = floatBitsToUint(inverse_depth);
 #ifdef WIDE
-    uint64_t value = packUint2x32(uvec2(name, key));
-    if (value > cells[cell]) atomicMax(cells[cell], value);
+    uint64_t value = packUint2x32(uvec2(primitive_id, key));
+    if (value > visible[pixel_index]) atomicMax(visible[pixel_index], value);
     return true;
 #else
     // most lose, and reading is cheaper than an atomic
-    uint before = nearest[cell];
+    uint before = inverse_depths[pixel_index];
     if (key < before) return false;
 #ifdef SHADOW
-    if (key > before) atomicMax(nearest[cell], key);
+    if (key > before) atomicMax(inverse_depths[pixel_index], key);
     return true;
 #else
-    if (!naming) return atomicMax(nearest[cell], key) <= key;
-    if (key == before) atomicMax(names[cell], name);
+    if (!writing_ids) return atomicMax(inverse_depths[pixel_index], key) <= key;
+    if (key == before) atomicMax(primitive_ids[pixel_index], primitive_id);
     return true;
 #endif
 #endif
 }
 
-// x and y in pixels, whole numbers being their centres; nearness
-vec3 onScreen(vec4 clip) { return vec3((0.5 + 0.5 * clip.xy / clip.w) * view.size_px.xy - 0.5, nearnessOf(clip)); }
+// x and y in pixels, whole numbers being their centres; inverse depth
+vec3 onScreen(vec4 clip) { return vec3((0.5 + 0.5 * clip.xy / clip.w) * view.size_px.xy - 0.5, inverseDepthOf(clip)); }
 
-// The nearness over the screen as a plane: its change along x and y. Diagonals, as an edge may have no length.
+// The inverse depth over the screen as a plane: its change along x and y. Diagonals, as an edge may have no length.
 vec2 slopeOf(vec3 a0, vec3 a1, vec3 b0, vec3 b1) {
     vec3 d = b1 - a0, e = b0 - a1;
     float area = d.x * e.y - d.y * e.x;
@@ -53,7 +53,7 @@ ivec2 within(float low, float high, float size) {
 }
 
 // The quad with edges a0 a1 and b0 b1 across the blade. Whether some of it may show.
-bool fillQuad(vec3 a0, vec3 a1, vec3 b0, vec3 b1, uint name) {
+bool fillQuad(vec3 a0, vec3 a1, vec3 b0, vec3 b1, uint primitive_id) {
     bool shown = false;
     vec2 ends = vec2(min(min(a0.z, a1.z), min(b0.z, b1.z)), max(max(a0.z, a1.z), max(b0.z, b1.z)));
     ivec2 rows = within(min(min(a0.y, a1.y), min(b0.y, b1.y)), max(max(a0.y, a1.y), max(b0.y, b1.y)), view.size_px.y);
@@ -66,10 +66,10 @@ bool fillQuad(vec3 a0, vec3 a1, vec3 b0, vec3 b1, uint name) {
         widen(span, y, a0, b0);
         widen(span, y, a1, b1);
         ivec2 columns = within(span.x, span.y, view.size_px.x);
-        uint cell = cellOf(ivec2(0, row));
+        uint pixel_index = pixelIndex(ivec2(0, row));
         for (int column = columns.x; column < columns.y; column++) {
-            float nearness = a0.z + dot(slope, vec2(column, y) - a0.xy);
-            shown = put(cell + uint(column), clamp(nearness, ends.x, ends.y), name) || shown;
+            float inverse_depth = a0.z + dot(slope, vec2(column, y) - a0.xy);
+            shown = writeNearest(pixel_index + uint(column), clamp(inverse_depth, ends.x, ends.y), primitive_id) || shown;
         }
     }
     return shown;

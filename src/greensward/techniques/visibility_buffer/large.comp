@@ -1,12 +1,13 @@
 // Draws the blades that raster.comp left over, clipped at the near plane: a column of workgroups for each, an invocation for
 // each row of the picture.
+#include "culling/blade_bounds.glsl"
 #include "techniques/visibility_buffer/strip.glsl"
 #include "techniques/visibility_buffer/fill.glsl"
 #include "techniques/visibility_buffer/lists.glsl"
 
 layout(local_size_x = 64) in;
 
-uniform uint firstName;
+uniform uint first_primitive_id;
 #ifndef SHADOW
 uniform float near_m;
 #endif
@@ -24,7 +25,7 @@ void addEdge(inout Polygon p, vec4 from, vec4 to) {
     bool here = from.w >= near_m;
     if (here) add(p, from);
     if (here != (to.w >= near_m)) {
-        // the same point whichever way the edge runs
+        // the same point for both directions of the edge
         vec4 low = from.w < to.w ? from : to, high = from.w < to.w ? to : from;
         add(p, mix(low, high, (near_m - low.w) / (high.w - low.w)));
     }
@@ -32,7 +33,7 @@ void addEdge(inout Polygon p, vec4 from, vec4 to) {
 }
 
 // Turned blades are wider than tall: their columns are dealt out
-void fillPolygon(vec4 a0, vec4 a1, vec4 b1, vec4 b0, bool turned, uint name) {
+void fillPolygon(vec4 a0, vec4 a1, vec4 b1, vec4 b0, bool turned, uint primitive_id) {
     Polygon p;
     p.count = 0;
     addEdge(p, a0, a1);
@@ -56,17 +57,17 @@ void fillPolygon(vec4 a0, vec4 a1, vec4 b1, vec4 b0, bool turned, uint name) {
         ivec2 columns = within(span.x, span.y, size.x);
         for (int column = columns.x; column < columns.y; column++) {
             ivec2 pixel = turned ? ivec2(row, column) : ivec2(column, row);
-            put(cellOf(pixel), clamp(anchor.z + dot(slope, vec2(pixel) - anchor.xy), ends.x, ends.y), name);
+            writeNearest(pixelIndex(pixel), clamp(anchor.z + dot(slope, vec2(pixel) - anchor.xy), ends.x, ends.y), primitive_id);
         }
     }
 }
 
 void drawBlade(uint index) {
     Blade b;
-    Hull h;
-    if (!hullOf(index, b, h)) return;
-    Strip s = stripOf(b, h, widthOf(b, h));
-    uint name = firstName + 32u * index;
+    BladeBounds h;
+    if (!boundsOf(index, b, h)) return;
+    Strip s = stripOf(b, h, leafWidth(b, h));
+    uint primitive_id = first_primitive_id + 32u * index;
     vec2 a = s.c0.xy / max(s.c0.w, 0.01), c = s.c2.xy / max(s.c2.w, 0.01);
     bool turned = abs(c.x - a.x) * view.size_px.x > abs(c.y - a.y) * view.size_px.y;
     vec4 centre = s.c0;
@@ -84,18 +85,18 @@ void drawBlade(uint index) {
 #ifdef FOLD
         vec4 nextRidge = folded ? centre + 0.5 * (edges.x + edges.y) * s.side + foldAt(s, h, v) : nextRight;
         if (!folded) ridge = right;
-        fillPolygon(left, ridge, nextRidge, nextLeft, turned, name);
-        if (folded) fillPolygon(ridge, right, nextRight, nextRidge, turned, name);
+        fillPolygon(left, ridge, nextRidge, nextLeft, turned, primitive_id);
+        if (folded) fillPolygon(ridge, right, nextRight, nextRidge, turned, primitive_id);
         ridge = nextRidge;
 #else
-        fillPolygon(left, right, nextRight, nextLeft, turned, name);
+        fillPolygon(left, right, nextRight, nextLeft, turned, primitive_id);
 #endif
         left = nextLeft;
         right = nextRight;
-        name++;
+        primitive_id++;
     }
 }
 
 void main() {
-    for (uint i = gl_WorkGroupID.x; i < listed[LARGE]; i += gl_NumWorkGroups.x) drawBlade(large[i]);
+    for (uint i = gl_WorkGroupID.x; i < lists.listed[LARGE]; i += gl_NumWorkGroups.x) drawBlade(deferredBlade(LARGE, i));
 }

@@ -1,11 +1,17 @@
-// Blades put off for later shaders, in any order: those too large for one invocation, and with 32 bits those to be named.
-layout(std430, binding = 7) buffer Lists {
-    uint gathered[2];    // blades in the lists that are being written
-    uint listed[2];      // and in those that are read
-    uint largeGroups[3];
-    uint wonGroups[3];
-};
-layout(std430, binding = 8) buffer Large { uint large[]; };
-layout(std430, binding = 9) buffer Won { uint won[]; };
+// Blades deferred to later shaders, in any order: those too large for one invocation, and with 32 bits those whose ids are
+// still to be written, which follow them in the same buffer.
+#include "layout/DeferredLists"
+
+layout(std430) buffer Lists { DeferredLists lists; };
+layout(std430) buffer Deferred { uint deferred[]; };
+
+uniform uint list_capacity;  // blades of each list
 
 const int LARGE = 0, WON = 1;
+
+uint deferredBlade(int list, uint item) { return deferred[uint(list) * list_capacity + item]; }
+
+void defer(int list, uint blade) { deferred[uint(list) * list_capacity + atomicAdd(lists.gathered[list], 1u)] = blade; }
+
+// Blades that are drawn, summed in parts so that few invocations meet at one
+void countDrawn(uint part) { atomicAdd(lists.drawn[part % uint(lists.drawn.length())], 1u); }

@@ -1,20 +1,17 @@
-// Draws blades, one an invocation; those that are large on the screen are left to large.comp.
-#include "culling/shows.glsl"
+// Software rasteriser of blades, one an invocation; those that are large on the screen are left to large.comp.
+#include "culling/visibility.glsl"
+#include "culling/chunk_items.glsl"
 #include "techniques/visibility_buffer/strip.glsl"
 #include "techniques/visibility_buffer/fill.glsl"
 #include "techniques/visibility_buffer/lists.glsl"
 
 layout(local_size_x = 32) in;
 
-layout(std430, binding = 2) readonly buffer Chunks { uvec2 chunks[]; };
 #ifndef SHADOW
-layout(std430, binding = 10) buffer Drawn { uint drawn[]; };  // blades, summed in 1,024 parts
-uniform uint firstName;
+uniform uint first_primitive_id;
 uniform float near_m;
 #endif
 
-uniform int firstChunk;
-uniform int chunkCount;
 uniform float large_px;
 
 bool isLarge(Strip s) {
@@ -30,39 +27,35 @@ bool isLarge(Strip s) {
 
 // Which blade of the page is this invocation's
 bool take(out uint index) {
-    uint chunk = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, lane = gl_LocalInvocationID.x;
-#ifdef TWO_RUNS
-    if (naming) {
-        uint item = 32u * chunk + lane;
-        if (item >= listed[WON]) return false;
-        index = won[item];
+#ifdef TWO_PASSES
+    if (writing_ids) {
+        uint item = 32u * workgroupIndex() + gl_LocalInvocationID.x;
+        if (item >= lists.listed[WON]) return false;
+        index = deferredBlade(WON, item);
         return true;
     }
 #endif
-    if (chunk >= uint(chunkCount)) return false;
-    uvec2 run = chunks[uint(firstChunk) + chunk];
-    index = run.x + lane;
-    return lane < run.y;
+    return takeItem(index);
 }
 
 void main() {
-    uint index, name = 0u;
+    uint index, primitive_id = 0u;
     if (!take(index)) return;
     Blade b;
-    Hull h;
+    BladeBounds h;
     float wide;
-    if (!shows(index, b, h, wide)) return;
+    if (!isVisible(index, b, h, wide)) return;
     Strip s = stripOf(b, h, wide);
 #ifndef SHADOW
-    name = firstName + 32u * index;
-#ifdef TWO_RUNS
-    if (!naming)
+    primitive_id = first_primitive_id + 32u * index;
+#ifdef TWO_PASSES
+    if (!writing_ids)
 #endif
-    atomicAdd(drawn[gl_WorkGroupID.x & 1023u], 1u);
+    countDrawn(gl_WorkGroupID.x);
     if (max(max(s.c0.w, s.c1.w), s.c2.w) + s.width < near_m) return;  // behind the viewer
 #endif
     if (isLarge(s)) {
-        if (!outside(h.v0, h.v1, h.v2, wide)) large[atomicAdd(gathered[LARGE], 1u)] = index;
+        if (!outside(h.v0, h.v1, h.v2, wide)) defer(LARGE, index);
         return;
     }
     bool shown = false;
@@ -81,17 +74,17 @@ void main() {
 #ifdef FOLD
         vec3 nextRidge = folded ? onScreen(centre + 0.5 * (edges.x + edges.y) * s.side + foldAt(s, h, v)) : nextRight;
         if (!folded) ridge = right;
-        shown = fillQuad(left, ridge, nextLeft, nextRidge, name) || shown;
-        if (folded) shown = fillQuad(ridge, right, nextRidge, nextRight, name) || shown;
+        shown = fillQuad(left, ridge, nextLeft, nextRidge, primitive_id) || shown;
+        if (folded) shown = fillQuad(ridge, right, nextRidge, nextRight, primitive_id) || shown;
         ridge = nextRidge;
 #else
-        shown = fillQuad(left, right, nextLeft, nextRight, name) || shown;
+        shown = fillQuad(left, right, nextLeft, nextRight, primitive_id) || shown;
 #endif
         left = nextLeft;
         right = nextRight;
-        name++;
+        primitive_id++;
     }
-#ifdef TWO_RUNS
-    if (!naming && shown) won[atomicAdd(gathered[WON], 1u)] = index;
+#ifdef TWO_PASSES
+    if (!writing_ids && shown) defer(WON, index);
 #endif
 }

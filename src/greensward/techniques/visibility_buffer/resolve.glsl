@@ -1,12 +1,14 @@
-// From the name of a quad to the surface that it shows at a pixel.
-#include "techniques/colours.glsl"
+// From the id of a quad to the surface that it shows at a pixel.
+#include "culling/blade_bounds.glsl"
+#include "techniques/blades/blade_material.glsl"
+#include "techniques/blades/normal.glsl"
 #include "techniques/visibility_buffer/strip.glsl"
-#include "techniques/visibility_buffer/cells.glsl"
+#include "techniques/visibility_buffer/visibility.glsl"
 
-uniform uint firstName;
-uniform uint bladeCount;
-uniform bool onGround;         // where the vegetation map lies
-uniform mat4 previousFromNow;  // where a point of what the blade grows on was a frame ago, in relative space
+uniform uint first_primitive_id;
+uniform uint blade_count;
+uniform bool on_ground;         // where the vegetation map lies
+uniform mat4 previous_from_now;  // where a point of what the blade grows on was a frame ago, in relative space
 
 // How far along and across its quad a pixel lies: centre + along * step + across * side is proportional to (ndc, 1) in
 // x, y and w, which is linear in both unknowns.
@@ -18,15 +20,15 @@ vec2 placeIn(vec4 centre, vec4 step_, vec4 side, vec2 ndc) {
 
 // False where no blade of this page shows
 bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
-    float nearness;
-    uint name = readCell(cellOf(pixel), nearness), index = (name - firstName) >> 5u;
-    if (name < firstName || index >= bladeCount) return false;
+    float inverse_depth;
+    uint primitive_id = readVisible(pixelIndex(pixel), inverse_depth), index = (primitive_id - first_primitive_id) >> 5u;
+    if (primitive_id < first_primitive_id || index >= blade_count) return false;
     Blade b;
-    Hull h;
-    if (!hullOf(index, b, h)) return false;
-    float wide = widthOf(b, h);
+    BladeBounds h;
+    if (!boundsOf(index, b, h)) return false;
+    float wide = leafWidth(b, h);
     Strip s = stripOf(b, h, wide);
-    float v0 = float(name & 31u) / float(s.segments), v1 = float((name & 31u) + 1u) / float(s.segments);
+    float v0 = float(primitive_id & 31u) / float(s.segments), v1 = float((primitive_id & 31u) + 1u) / float(s.segments);
     vec4 centre = centreAt(s, v0), step_ = centreAt(s, v1) - centre;
     vec2 ndc = (vec2(pixel) + 0.5) * view.size_px.zw * 2.0 - 1.0;
     vec2 place = placeIn(centre, step_, s.side, ndc);
@@ -43,18 +45,18 @@ bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
 #endif
     vec3 position_rs = mix(bezierPoint(h.v0, h.v1, h.v2, v0), bezierPoint(h.v0, h.v1, h.v2, v1), along) + offset;
     vec3 control, tip;
-    postureBefore(index, b, h.v0, control, tip);
-    control = mix(h.v0, control, h.here);
-    tip = mix(h.v0, tip, h.here);
+    poseBefore(index, b, h.v0, control, tip);
+    control = mix(h.v0, control, h.fade);
+    tip = mix(h.v0, tip, h.fade);
     vec3 before = mix(bezierPoint(h.v0, control, tip, v0), bezierPoint(h.v0, control, tip, v1), along) + offset;
 
     vec3 toEye = view.eye_rs.xyz - position_rs * view.eye_rs.w;
-    Look look = lookOf(b, h, onGround);
-    surface = leafSurface(look, v);
-    tangent = bezierTangent(h.v0, h.v1, h.v2, higher(v, look.share, TURNED));
-    surface.normal_ws = leafNormal(acrossOf(b, chordOf(h)), s.side_ws, normalize(tangent), toEye, u, look.wall, look.far);
-    surface.bladeId = name >> 5u;
-    surface.previousClip = view.previous_clip_from_relative * (previousFromNow * vec4(before, 1.0));
-    depth_m = 1.0 / nearness;
+    Material material = materialOf(b, h, on_ground);
+    surface = leafSurface(material, v);
+    tangent = bezierTangent(h.v0, h.v1, h.v2, higher(v, material.share, TURNED));
+    surface.normal_ws = leafNormal(acrossOf(b, chordOf(h)), s.side_ws, normalize(tangent), toEye, u, material.wall, material.far);
+    surface.bladeId = primitive_id >> 5u;
+    surface.previousClip = view.previous_clip_from_relative * (previous_from_now * vec4(before, 1.0));
+    depth_m = 1.0 / inverse_depth;
     return true;
 }

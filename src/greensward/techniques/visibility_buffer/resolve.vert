@@ -1,4 +1,4 @@
-#include "block/View"
+#include "layout/View"
 #include "techniques/visibility_buffer/squares.glsl"
 
 void main() {

@@ -1,8 +1,8 @@
-// The depth that was drawn into the cells, into a shadow map.
-#include "techniques/visibility_buffer/cells.glsl"
+// The depth that was drawn into the visibility buffer, into a shadow map.
+#include "techniques/visibility_buffer/visibility.glsl"
 
 void main() {
-    float nearness = uintBitsToFloat(nearest[cellOf(ivec2(gl_FragCoord.xy))]);
-    if (nearness == 0.0) discard;
-    gl_FragDepth = 1.0 - nearness;
+    float inverse_depth = uintBitsToFloat(inverse_depths[pixelIndex(ivec2(gl_FragCoord.xy))]);
+    if (inverse_depth == 0.0) discard;
+    gl_FragDepth = 1.0 - inverse_depth;
 }

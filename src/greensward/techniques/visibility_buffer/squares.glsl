@@ -1,7 +1,9 @@
 // Squares of the picture that show a blade, by their first pixel, in any order: instances of an indirect draw.
+#include "layout/DrawCommand"
+
 const int SQUARE = 4;
 
-layout(std430, binding = 11) buffer Squares {
-    uint vertices, instances, firstVertex, firstInstance, unused;
+layout(std430) buffer Squares {
+    DrawCommand square_command;
     uint squares[];
 };

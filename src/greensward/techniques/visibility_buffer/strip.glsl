@@ -1,7 +1,7 @@
 // A leaf on the screen: a strip of planar quads along its curve. The curve, its side and what is linear along both stay so
 // in clip space, so three points and a direction are all that is transformed.
-#include "techniques/leaf.glsl"
-#include "techniques/outlines.glsl"
+#include "techniques/blades/leaf.glsl"
+#include "techniques/blades/outlines.glsl"
 
 struct Strip {
     vec4 c0, c1, c2;  // control points of the curve
@@ -11,7 +11,7 @@ struct Strip {
     int shape, segments;
 };
 
-Strip stripOf(Blade b, Hull h, float wide) {
+Strip stripOf(Blade b, BladeBounds h, float wide) {
     vec3 chord = chordOf(h), across = acrossOf(b, chord);
     float kind = species(bladeSpecies(b), MIX).z;
     Strip s;
@@ -35,7 +35,7 @@ vec2 edgesAt(Strip s, float v, float depth) {
 }
 
 // What the fold lifts the middle by, in clip space
-vec4 foldAt(Strip s, Hull h, float v) {
+vec4 foldAt(Strip s, BladeBounds h, float v) {
     vec3 outward = cross(s.side_ws, normalize(bezierTangent(h.v0, h.v1, h.v2, v)));
     return view.jittered_clip_from_relative * vec4(s.width * shapeFold(s.shape, 0.5, v) * outward, 0.0);
 }

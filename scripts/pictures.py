@@ -1,0 +1,494 @@
+#!/usr/bin/env python3
+"""Draw the pictures of the documentation: `.venv/bin/python scripts/pictures.py`.
+
+scripts/pictures.py --draft            half the size and fewer samples, in a minute or two
+scripts/pictures.py meadow shapes      only these
+
+Each is a JPEG or WebP of at most 300 kB: the quality is lowered until it fits.
+"""
+
+import argparse
+import io
+import re
+import subprocess
+import sys
+import tempfile
+import tomllib
+from bisect import bisect_left
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageDraw, ImageFont
+
+import greensward as gs
+from greensward.aovs import AOVS
+from greensward.gpu.adapters import open_context
+from greensward.io.rasters import written_aside
+from greensward.scene import InputError
+from greensward.viewer.application import Application
+from greensward.viewer.brushes import Brush, Tool
+from greensward.viewer.contexts import Contexts
+from greensward.viewer.input import MouseMove
+from greensward.viewer.session import Session
+from greensward.viewer.viewer import PANEL_PX
+
+ROOT = Path(__file__).resolve().parents[1]
+Picture = npt.NDArray[np.uint8]
+Size = tuple[int, int]
+MAX_BYTES = 300_000
+"""Largest file of a picture: a redraw adds each of them to the repository's history."""
+SAVE_OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
+    ".jpg": ("JPEG", {"optimize": True, "progressive": True}),
+    ".webp": ("WEBP", {"method": 6}),
+}
+QUALITIES = range(86, 50, -1)
+
+
+def draw(scene: gs.Scene, size: Size, samples: int, time_s: float = 0.0, **more: Any) -> gs.Frame:
+    with gs.Renderer(scene, size=size, samples=samples) as renderer:
+        return renderer.render(time_s, **more)
+
+
+def ahead_of(scene: gs.Scene, right_m: float, up_m: float, ahead_m: float) -> tuple[float, float, float]:
+    """A point beside and ahead of a scene's camera, `up_m` above the ground."""
+    position, target = np.array(scene.camera.position_m), np.array(scene.camera.target_m)
+    ahead = (target - position) * (1.0, 0.0, 1.0)
+    ahead /= np.linalg.norm(ahead)
+    x, _, z = position + ahead_m * ahead + right_m * np.array([-ahead[2], 0.0, ahead[0]])
+    return float(x), up_m, float(z)
+
+
+def labelled(picture: Picture, text: str) -> Picture:
+    """Return a picture with a caption in its corner."""
+    image = Image.fromarray(picture)
+    edge = max(11, image.height // 20)
+    font = ImageFont.load_default(edge)
+    brush = ImageDraw.Draw(image)
+    box = brush.textbbox((edge // 2, edge // 3), text, font=font)
+    brush.rectangle((0, 0, box[2] + edge // 2, box[3] + edge // 3), fill=(24, 26, 22))
+    brush.text((edge // 2, edge // 3), text, font=font, fill=(240, 240, 232))
+    return np.array(image)
+
+
+def sheet(pictures: list[Picture], columns: int, gap: int = 6) -> Picture:
+    """Arrange pictures of one size in rows."""
+    height, width, _ = pictures[0].shape
+    rows = -(-len(pictures) // columns)
+    page = np.full((rows * (height + gap) - gap, columns * (width + gap) - gap, 3), 255, np.uint8)
+    for i, picture in enumerate(pictures):
+        y, x = i // columns * (height + gap), i % columns * (width + gap)
+        page[y : y + height, x : x + width] = picture
+    return page
+
+
+def encoded(picture: Image.Image, suffix: str) -> bytes:
+    """Return a picture's file, of the highest quality that takes at most `MAX_BYTES`."""
+    kind, options = SAVE_OPTIONS[suffix]
+
+    def of_quality(quality: int) -> bytes:
+        stream = io.BytesIO()
+        picture.save(stream, kind, quality=quality, **options)
+        return stream.getvalue()
+
+    fitting = bisect_left(QUALITIES, True, key=lambda quality: len(of_quality(quality)) <= MAX_BYTES)
+    if fitting < len(QUALITIES):
+        return of_quality(QUALITIES[fitting])
+    raise InputError(
+        f"{picture.width}×{picture.height} pixels: do not fit into {MAX_BYTES:,} bytes; draw them smaller"
+    )
+
+
+# The pictures -----------------------------------------------------------------------------------------------
+
+
+def meadow(size: Size, samples: int) -> Picture:
+    return draw(gs.load("meadow"), size, samples).image
+
+
+def close_up(size: Size, samples: int) -> Picture:
+    scene = gs.load("meadow")
+    camera = gs.Camera(
+        position_m=ahead_of(scene, 0.6, 0.42, 3.0), target_m=ahead_of(scene, 0.7, 0.36, 5.0), fov_y_deg=38
+    )
+    return draw(scene, size, samples, camera=camera).image
+
+
+def blades(size: Size, samples: int) -> Picture:  # noqa: ARG001
+    """Draw blade ids in colours, shaded by the image."""
+    scene = gs.load("meadow")
+    camera = gs.Camera(
+        position_m=ahead_of(scene, 0.6, 0.8, 2.0), target_m=ahead_of(scene, 0.7, 0.4, 5.0), fov_y_deg=45
+    )
+    double = size[0] * 2, size[1] * 2
+    frame = draw(scene, double, 1, camera=camera, aovs=["blade_id"])
+    ids = frame.truth["blade_id"].astype(np.uint64)
+    hues = np.stack(
+        [(ids * factor >> np.uint64(7)) % 200 + 40 for factor in (2654435761, 2246822519, 3266489917)], -1
+    )
+    grey = frame.image.mean(-1, keepdims=True)
+    painted = np.where(ids[..., None] > 0, np.clip(hues * (0.35 + grey / 160.0), 0, 255), 0.5 * grey)
+    height, width = size[1], size[0]
+    return np.asarray(painted.reshape(height, 2, width, 2, 3).mean((1, 3)), np.uint8)
+
+
+def without_end(size: Size, samples: int) -> Picture:
+    scene = gs.load("meadow")
+    sowing = scene.sowing.model_copy(
+        update={"density_per_m2": 1000.0, "full_density_m": 25.0, "reach_m": 900.0, "stored_m": 20.0}
+    )
+    camera = gs.Camera(
+        position_m=ahead_of(scene, -2.0, 7.0, -6.0), target_m=ahead_of(scene, 6.0, 2.0, 40.0), fov_y_deg=45
+    )
+    return draw(scene.model_copy(update={"sowing": sowing}), size, samples, camera=camera).image
+
+
+def wind(size: Size, samples: int) -> Picture:
+    pictures = []
+    for title, speed_mps in (("calm", 0.0), ("wind of 14 m/s", 14.0)):
+        scene = gs.load("meadow", overrides={"wind.0.speed_mps": speed_mps})
+        camera = gs.Camera(
+            position_m=ahead_of(scene, 0.0, 0.9, 0.0), target_m=ahead_of(scene, 0.5, 0.2, 4.0), fov_y_deg=42
+        )
+        pictures.append(labelled(draw(scene, size, samples, 1.0, camera=camera).image, title))
+    return sheet(pictures, 2)
+
+
+def gusts(size: Size, samples: int) -> Picture:
+    scene = gs.Scene(
+        grass=(gs.Grass(species="wheat", stiffness=(0.0, 0.2)),),
+        sowing=gs.Sowing(density_per_m2=400, drift=0.15, clumping=0.2, reach_m=150),
+        wind=(gs.winds.Gusts(direction_deg=270, speed_mps=6.0, gustiness=1.0, gust_m=12.0),),
+        sun=gs.Sun(azimuth_deg=90, elevation_deg=15),
+        camera=gs.Camera(position_m=(0, 7, 0), target_m=(0, 0, -24), fov_y_deg=32),
+    )
+    times_s = (0.0, 0.7, 1.4, 2.1)
+    with gs.Renderer(scene, size=size, samples=samples) as renderer:
+        return sheet([labelled(renderer.render(t).image, f"{t:.1f} s") for t in times_s], len(times_s))
+
+
+def shapes(size: Size, samples: int) -> Picture:
+    pictures = []
+    for shape in get_args(gs.Grass.model_fields["shape"].annotation):
+        grass = gs.Grass(
+            species="ryegrass",
+            shape=shape,
+            height_m=(0.28, 0.36),
+            width_m=(0.022, 0.034),
+            tilt_deg=(4, 24),
+        )
+        scene = gs.Scene(
+            seed=3,
+            grass=(grass,),
+            sowing=gs.Sowing(density_per_m2=24, drift=0.0, clumping=0.0, reach_m=5),
+            wind=(),
+            sun=gs.Sun(azimuth_deg=215, elevation_deg=38),
+            camera=gs.Camera(position_m=(0, 0.75, 2.4), target_m=(0, 0.15, 0), fov_y_deg=14, near_m=1.7),
+        )
+        pictures.append(labelled(draw(scene, size, samples).image, shape))
+    return sheet(pictures, 4)
+
+
+def truth(size: Size, samples: int) -> Picture:  # noqa: ARG001
+    arrays = draw(gs.load("meadow"), size, 1, 1.0, aovs=AOVS).truth
+    near, far = np.log(1.0), np.log(400.0)
+    depth = 1.0 - np.clip((np.log(arrays["depth"]) - near) / (far - near), 0.0, 1.0)
+    classes = np.array(
+        [[150, 190, 230], [120, 88, 60], [96, 150, 56], [222, 80, 60], [110, 110, 120], [60, 90, 200]], np.uint8
+    )
+    ids = arrays["blade_id"]
+    mixed = ids[..., None] * np.array([2654435761, 2246822519, 3266489917], np.uint32) >> np.uint32(24)
+    motion = np.clip(0.5 + arrays["motion"] / 3.0, 0.0, 1.0)
+    colours = {
+        "depth": np.repeat(depth[..., None], 3, axis=2),
+        "normal": 0.5 + 0.5 * arrays["normal"],
+        "class": classes[arrays["class"]] / 255.0,
+        "blade_id": np.where(ids[..., None] > 0, mixed / 255.0, 0.0),
+        "motion": np.dstack([motion, np.full(motion.shape[:2], 0.5)]),
+        "albedo": arrays["albedo"] ** (1 / 2.2),
+    }
+    return sheet([labelled((255.0 * np.clip(colours[name], 0, 1)).astype(np.uint8), name) for name in AOVS], 3)
+
+
+def strip(name: str, times_s: tuple[float, ...], size: Size, samples: int, **overrides: Any) -> Picture:
+    """Draw a preset at several times, simulating between them."""
+    with gs.Renderer(gs.load(name, overrides=overrides), size=size, samples=samples) as renderer:
+        pictures = []
+        for i in range(round(times_s[0]), round(times_s[-1]) + 1):
+            renderer.advance(float(i))
+            for t in (t for t in times_s if i <= t < i + 1):
+                pictures.append(labelled(renderer.render(t).image, f"{t:.1f} s"))
+        return sheet(pictures, 2)
+
+
+def balls(size: Size, samples: int) -> Picture:
+    return strip("jahrmann2017-balls", (2.0, 3.0, 4.0, 6.0), size, samples)
+
+
+def helicopter(size: Size, samples: int) -> Picture:
+    return strip("yan2024-helicopter", (0.0, 0.4, 0.8, 3.0), size, samples)
+
+
+def tracks(size: Size, samples: int) -> Picture:
+    """Draw wheel tracks through the meadow, and footprints beside them."""
+    scene = gs.load("meadow")
+
+    def path(*points: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+        on_ground = (ahead_of(scene, right_m, 0.0, ahead_m) for right_m, ahead_m in points)
+        return tuple((x, z) for x, _, z in on_ground)
+
+    drive = path((1.5, 1), (1.6, 4.5), (1.9, 8), (3, 12), (4, 17), (3, 24), (0, 33), (-5, 44))
+    walk = path((-0.25, 1.5), (-0.45, 4), (-1.2, 7), (-2.3, 10), (-2.6, 14), (-1.2, 18), (1, 21))
+    changes = {
+        "force": (
+            gs.forces.Tracks(path=drive, gauge_m=1.5, tyre_m=0.34, impact_m=0.3),
+            gs.forces.Footprints(path=walk, step_m=0.85, gauge_m=0.44, foot_m=(0.48, 0.32), impact_m=0.3),
+        ),
+        "grass": tuple(
+            grass.model_copy(update={"height_m": tuple(0.75 * m for m in grass.height_m)}) for grass in scene.grass
+        ),
+        "object": (),
+        "wind": (gs.winds.Gusts(direction_deg=285, speed_mps=1.6, gustiness=0.75, gust_m=10),),
+        "sun": gs.Sun(azimuth_deg=332, elevation_deg=10),
+    }
+    camera = gs.Camera(position_m=ahead_of(scene, 0, 3.0, 0), target_m=ahead_of(scene, 0.4, 0.4, 8), fov_y_deg=50)
+    return draw(scene.model_copy(update=changes), size, samples, camera=camera).image
+
+
+def planet(size: Size, samples: int) -> Picture:
+    return draw(gs.load("planet"), size, samples, 1.0).image
+
+
+def cow(size: Size, samples: int) -> Picture:
+    """Draw the scene of docs/surfaces.md; its mesh is outside the repository, where the tests look for it too."""
+    page = (ROOT / "docs" / "surfaces.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```\n(\[ground\].*?)```", page, re.DOTALL)
+    scene = gs.Scene.model_validate(tomllib.loads(text)).in_folder(ROOT.parent / "shared" / "data")
+    return draw(scene, size, samples, 1.0).image
+
+
+def growth(size: Size, samples: int) -> Picture:
+    scene = gs.load("meadow").model_copy(
+        update={"growth": gs.Growth(time_s=40.0, spread=0.4, height=((0.0, 0.0), (0.3, 0.5), (1.0, 1.0)))}
+    )
+    camera = gs.Camera(
+        position_m=ahead_of(scene, 0.6, 0.6, 3.0), target_m=ahead_of(scene, 0.7, 0.25, 6.0), fov_y_deg=40
+    )
+    with gs.Renderer(scene, size=size, samples=samples) as renderer:
+        times_s = (6.0, 14.0, 26.0, 56.0)
+        return sheet([labelled(renderer.render(t, camera=camera).image, f"{t:.0f} s") for t in times_s], 4)
+
+
+def example(name: str, file: str, size: Size, samples: int) -> Picture:
+    """Run a program of examples/ and return the picture that it writes."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / (file if name == "embed" else name)
+        program = ROOT / "examples" / f"{name}.py"
+        options = ["--size", f"{size[0]}x{size[1]}", "--samples", str(samples), "-o", str(out)]
+        subprocess.run([sys.executable, str(program), *options], check=True, stdout=subprocess.DEVNULL)
+        return np.array(Image.open(out if out.is_file() else out / file).convert("RGB"))
+
+
+def hillside_near(size: Size, samples: int) -> Picture:
+    return example("hillside", "near.png", size, samples)
+
+
+def hillside_far(size: Size, samples: int) -> Picture:
+    return example("hillside", "far.png", size, samples)
+
+
+def embed(size: Size, samples: int) -> Picture:
+    return example("embed", "embed.png", size, samples)
+
+
+def oasis(size: Size, samples: int) -> Picture:
+    return draw(gs.load("jahrmann2013-oasis"), size, samples, 1.0).image
+
+
+def wheat(size: Size, samples: int) -> Picture:
+    return draw(gs.load("jahrmann2013-wheat"), size, samples, 1.0).image
+
+
+def boulders(size: Size, samples: int) -> Picture:
+    return draw(gs.load("jahrmann2013-meadow"), size, samples, 1.0).image
+
+
+def one_patch(size: Size, samples: int) -> Picture:
+    return draw(gs.load("jahrmann2013-instance"), size, samples, 1.0).image
+
+
+def football(size: Size, samples: int) -> Picture:
+    return draw(gs.load("football"), size, samples, 1.0).image
+
+
+def instant_grass(size: Size, samples: int) -> Picture:
+    return draw(gs.load("habel2007"), size, samples, 2.0).image
+
+
+def far_level(size: Size, samples: int) -> Picture:
+    """Draw the middle of the meadow with blades at all distances, and with ray-marched billboards from 40 m on."""
+    pictures = []
+    for caption, overrides in (("blades", {}), ("ray-marched from 40 m on", {"sowing.traced_m": 40})):
+        whole = draw(gs.load("meadow", overrides=overrides), (size[0], 2 * size[1]), samples, 2.0).image
+        pictures.append(labelled(whole[size[1] // 3 :][: size[1]], caption))
+    return sheet(pictures, 1)
+
+
+def viewed(
+    name: str,
+    size: Size,
+    draft: bool,
+    *steps: Callable[[Application], None],
+    page: str = "Quick",
+    mouse: Size | None = None,
+) -> Picture:
+    """Return the viewer's window with a preset after some steps, at full quality and resolution, anti-aliased."""
+    ctx = open_context()
+    application = Application(Contexts(ctx, lambda: None), Session(name))
+    viewer = application.viewer
+    viewer.resolution.automatic, viewer.resolution.scale = False, 0.25 if draft else 1.0
+    viewer.quality = 0.125 if draft else 1.0
+    target = ctx.simple_framebuffer(size)
+    for step in (lambda application: application.ui.go_to(page), *steps):
+        application.frame(0.1, [], size, target)
+        step(application)
+    viewer.session.clock.paused = True
+    viewer.session.messages.clear()
+    for i in range(4 if draft else 29):
+        application.frame(0.0, [MouseMove(*mouse)] if mouse and not i else [], size, target)
+    picture = np.frombuffer(target.read(), np.uint8).reshape(*size[::-1], 3)[::-1].copy()
+    application.release()
+    ctx.release()
+    return picture
+
+
+def stroke(tool: Tool, radius_m: float, *points: tuple[float, float]) -> Callable[[Application], None]:
+    """Return a step that draws a brush stroke through points to the right of and ahead of the scene's camera."""
+
+    def draw_stroke(application: Application) -> None:
+        session = application.viewer.session
+        session.tool, session.brush = tool, Brush(radius_m)
+        for right_m, ahead_m in points:
+            x, _, z = ahead_of(session.scene, right_m, 0.0, ahead_m)
+            session.extend_stroke((x, z))
+        session.end_stroke()
+
+    return draw_stroke
+
+
+def fly_to(
+    right_m: float, up_m: float, ahead_m: float, pitch_deg: float, turn_deg: float = 0.0
+) -> Callable[[Application], None]:
+    """Return a step that flies to a point beside and ahead of the scene's camera."""
+
+    def go(application: Application) -> None:
+        session = application.viewer.session
+        controller, scene = session.controller, session.scene
+        x, y, z = ahead_of(scene, right_m, up_m, ahead_m)
+        controller.choose("fly")
+        controller.position_ws[:] = x, y + float(session.heights.height(x, z)), z
+        controller.pitch = np.radians(pitch_deg)
+        controller.yaw += np.radians(turn_deg)
+
+    return go
+
+
+def viewer_window(size: Size, samples: int) -> Picture:
+    return viewed("meadow", size, samples < 4)
+
+
+def viewer_mow(size: Size, samples: int) -> Picture:
+    path = tuple((0.5 + 2.2 * np.sin(0.2 * i), 1.0 + 1.1 * i) for i in range(32))
+    lair = ((-4.6, 9.0), (-3.8, 11.0), (-4.8, 13.0))
+
+    def take_mower(application: Application) -> None:
+        application.viewer.session.tool = "mow"
+
+    steps = (stroke("mow", 1.2, *path), stroke("press", 0.8, *lair), fly_to(0.0, 5.0, -2.0, -24.0), take_mower)
+    return viewed("meadow", size, samples < 4, *steps, mouse=(560, 470))
+
+
+def viewer_split(size: Size, samples: int) -> Picture:
+    def morning(application: Application) -> None:
+        session = application.viewer.session
+        session.split()
+        session.set_hour(9.5)
+        session.use_technique("bezier-blades")
+        session.change(("wind", 0, "speed_mps"), 11.0)
+
+    return viewed("meadow", size, samples < 4, morning)
+
+
+def viewer_pages(size: Size, samples: int) -> Picture:
+    """Draw the pages of the panel beside each other."""
+
+    def winds(application: Application) -> None:
+        application.ui.scene_page.search = "wind"
+
+    shots = [
+        viewed("yan2024-helicopter", size, samples < 4, page="Scene"),
+        viewed("yan2024-helicopter", size, samples < 4, winds, page="Scene"),
+        viewed("meadow", size, samples < 4, page="Frame"),
+    ]
+    return sheet([shot[:, -PANEL_PX:] for shot in shots], 3)
+
+
+# function, size of one picture, samples
+PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
+    "meadow.webp": (meadow, (1600, 900), 16),
+    "close-up.jpg": (close_up, (1280, 720), 16),
+    "wind.jpg": (wind, (800, 500), 16),
+    "gusts.jpg": (gusts, (400, 300), 16),
+    "blades.jpg": (blades, (640, 360), 1),
+    "without-end.jpg": (without_end, (1120, 630), 12),
+    "shapes.jpg": (shapes, (400, 300), 16),
+    "ground-truth.jpg": (truth, (530, 298), 1),
+    "hillside-near.jpg": (hillside_near, (1600, 900), 16),
+    "hillside-far.jpg": (hillside_far, (1600, 900), 16),
+    "balls.jpg": (balls, (560, 315), 8),
+    "helicopter.jpg": (helicopter, (640, 360), 8),
+    "tracks.jpg": (tracks, (1280, 720), 16),
+    "planet.jpg": (planet, (1280, 720), 16),
+    "cow.jpg": (cow, (1280, 720), 16),
+    "oasis.jpg": (oasis, (1280, 720), 16),
+    "wheat.jpg": (wheat, (1280, 720), 16),
+    "boulders.jpg": (boulders, (1280, 720), 16),
+    "one-patch.jpg": (one_patch, (1280, 720), 16),
+    "football.jpg": (football, (1280, 720), 16),
+    "instant-grass.jpg": (instant_grass, (1280, 720), 16),
+    "far-level.jpg": (far_level, (1120, 315), 16),
+    "growth.jpg": (growth, (400, 300), 16),
+    "embed.jpg": (embed, (960, 540), 16),
+    "viewer.jpg": (viewer_window, (1280, 800), 16),
+    "viewer-mow.jpg": (viewer_mow, (1280, 800), 16),
+    "viewer-split.jpg": (viewer_split, (1280, 800), 16),
+    "viewer-pages.jpg": (viewer_pages, (1280, 760), 16),
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(Path(n).stem for n in PICTURES))
+    parser.add_argument("--draft", action="store_true", help="half the size, two samples")
+    parser.add_argument("-o", "--out", type=Path, default=ROOT / "docs" / "pictures", metavar="DIR")
+    options = parser.parse_args()
+    known = {Path(name).stem for name in PICTURES}
+    if unknown := set(options.names) - known:
+        parser.error(f"unknown picture {', '.join(sorted(unknown))}; the names are {', '.join(sorted(known))}")
+    options.out.mkdir(parents=True, exist_ok=True)
+    for name, (function, size, samples) in PICTURES.items():
+        if options.names and Path(name).stem not in options.names:
+            continue
+        if options.draft:
+            size, samples = (size[0] // 2, size[1] // 2), min(samples, 2)
+        picture = Image.fromarray(function(size, samples))
+        data = encoded(picture, Path(name).suffix)
+        with written_aside(options.out / name) as stream:
+            stream.write(data)
+        print(f"{options.out / name}: {picture.width}×{picture.height}, {len(data):,} bytes")
+
+
+if __name__ == "__main__":
+    main()

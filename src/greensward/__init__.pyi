@@ -1,0 +1,35 @@
+from greensward import forces as forces
+from greensward import grounds as grounds
+from greensward import objects as objects
+from greensward import winds as winds
+from greensward.aovs import Aov as Aov
+from greensward.gpu.device import Device as Device
+from greensward.io.camera_path import CameraKey as CameraKey
+from greensward.io.camera_path import CameraPath as CameraPath
+from greensward.library import dump as dump
+from greensward.library import load as load
+from greensward.library import presets as presets
+from greensward.renderer import Counts as Counts
+from greensward.renderer import Frame as Frame
+from greensward.renderer import Renderer as Renderer
+from greensward.scene import Camera as Camera
+from greensward.scene import Culling as Culling
+from greensward.scene import Flowers as Flowers
+from greensward.scene import Grass as Grass
+from greensward.scene import GreenswardError as GreenswardError
+from greensward.scene import Growth as Growth
+from greensward.scene import InputError as InputError
+from greensward.scene import Post as Post
+from greensward.scene import Scene as Scene
+from greensward.scene import SceneError as SceneError
+from greensward.scene import Shadows as Shadows
+from greensward.scene import Simulation as Simulation
+from greensward.scene import Sky as Sky
+from greensward.scene import Sowing as Sowing
+from greensward.scene import Sun as Sun
+from greensward.scene import SurfaceClass as SurfaceClass
+from greensward.scene import TechniqueChoice as TechniqueChoice
+from greensward.scene import Water as Water
+from greensward.viewer.notebook import show as show
+
+__version__: str

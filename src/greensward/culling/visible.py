@@ -1,0 +1,115 @@
+"""Visible set: what each view of a frame may show of every page of the field."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from greensward.culling.chunks import ChunkRange, ChunkTable
+from greensward.culling.tiles import coverage_needed, distance_to
+from greensward.gpu.device import Device
+from greensward.gpu.view import View
+from greensward.scene import Scene
+from greensward.sowing import Field, Page, UnstoredPage
+
+Floats = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+HEAD_PX = (14.0, 5.0)
+"""Size on the screen down to which a head has full, and simple, detail."""
+
+
+@dataclass(frozen=True)
+class DrawList:
+    """Chunks of blades of a page that a view may show, nearest tiles first, and heads by level of detail."""
+
+    page: Page | UnstoredPage
+    blades: ChunkRange
+    heads: tuple[ChunkRange, ...]
+
+
+@dataclass(frozen=True)
+class NeededTiles:
+    """Tiles of a stored page, the nearest first: which, how far, and the eighths of the blades that a view needs."""
+
+    page: Page
+    order: Indices
+    away: Floats
+    """Distance of each tile in metres, in the page's own order."""
+    eighths: Indices
+
+
+class VisibleSet:
+    """Draw lists of a frame's views, and the table of chunks that they point into."""
+
+    def __init__(self, device: Device, scene: Scene) -> None:
+        self._scene = scene
+        self.chunks = ChunkTable(device)
+        self.views: tuple[View, ...] = ()
+        """Views that were culled for last."""
+        self._lists: dict[View, list[DrawList]] = {}
+        # seed heads are long but thin
+        slender = {"none": 0.0, "panicle": 0.4, "spike": 0.4}
+        self._broadest_head_m = max(
+            (grass.head_size_m[1] * slender.get(grass.head, 1.0) for grass in scene.grass), default=0.0
+        )
+
+    def update(self, field: Field, views: tuple[View, ...]) -> list[NeededTiles]:
+        """Cull the tiles of the field for new views; returns what is needed of its stored pages.
+
+        More chunks may be added to the table before it is cut.
+        """
+        sowing = self._scene.sowing
+        # without the test by distance, no blade that was sown is left out within the reach
+        full_density_m = sowing.full_density_m if self._scene.culling.distance else np.inf
+        self.views, self._lists = views, {view: [] for view in views}
+        self.chunks.clear()
+        stored: list[NeededTiles] = []
+        for page in field.pages + ([field.unstored] if field.unstored else []):
+            away = distance_to(page.tiles, views[0].camera_ws)
+            # the nearest first, so that what they hide is rejected by its depth
+            order = np.argsort(away, kind="stable")
+            coverage = coverage_needed(page.tiles, views, away, full_density_m, sowing.blades_m)[:, order]
+            eighths = np.ceil(coverage * 8.0).astype(np.int64)
+            for view, needed in zip(views, eighths, strict=True):
+                blades = self.add(page, order, needed)
+                if blades.count:
+                    heads = self._heads(page, order[needed > 0], away, view) if isinstance(page, Page) else ()
+                    self._lists[view].append(DrawList(page, blades, heads))
+            if isinstance(page, Page):
+                stored.append(NeededTiles(page, order, away, eighths.max(axis=0)))
+        return stored
+
+    def add(self, page: Page | UnstoredPage, order: Indices, eighths: Indices) -> ChunkRange:
+        """Add so many eighths of the blades of each tile, in this order, to the table."""
+        some = eighths > 0
+        at = order[some]
+        return self.chunks.add(page.tiles.start[at], page.tiles.up_to[at, eighths[some] - 1])
+
+    def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[ChunkRange, ...]:
+        start, length = page.tiles.head_start[at], page.tiles.heads[at]
+        if view.purpose == "shadow":
+            # least detail, and none where the map is too coarse to tell them from blades
+            shown = self._broadest_head_m > 4.0 * view.pixel_m[1]
+            level = np.full(len(at), len(HEAD_PX) if shown else -1)
+        else:
+            # the broadest decide here; a smaller one may take less detail for itself, never more
+            size_px = self._broadest_head_m / np.maximum(away[at] * view.pixel_m[0], 1e-9)
+            level = np.searchsorted(-np.array(HEAD_PX), -size_px)
+        return tuple(self.chunks.add(start[level == k], length[level == k], 1) for k in range(len(HEAD_PX) + 1))
+
+    def of(self, view: View) -> Sequence[DrawList]:
+        """Draw lists of a view, by page of the field."""
+        return self._lists.get(view, ())
+
+    def considered(self, view: View) -> int:
+        """Number of blades that the view may show."""
+        return sum(each.blades.items for each in self.of(view))
+
+    def forget(self) -> None:
+        """Cull again for the next frame, whatever its views."""
+        self.views = ()
+
+    def release(self) -> None:
+        """Free the GPU resources."""
+        self.chunks.release()

@@ -1,0 +1,1 @@
+"""User interface of the viewer, drawn with Dear ImGui."""
