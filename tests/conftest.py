@@ -1,5 +1,6 @@
 """One device for all tests that draw, current and without an error around each; GREENSWARD_DEVICE chooses it."""
 
+import ctypes
 import os
 import tempfile
 from collections.abc import Callable, Iterator
@@ -62,6 +63,8 @@ def ctx(session_ctx: moderngl.Context, resting_place: moderngl.Framebuffer) -> I
 def device(ctx: moderngl.Context) -> Device:
     """The device of the shared context, whose programs all tests share; its host has bound textures of its own."""
     device = Device.of(ctx)
+    # a program that a test before left current may be deleted, and is gone for good once another is
+    device.function("glUseProgram", None, ctypes.c_uint)(0)
     device.units[:] = [None] * len(device.units)
     return device
 

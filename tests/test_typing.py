@@ -12,6 +12,7 @@ import pytest
 
 import greensward as gs
 
+pytestmark = pytest.mark.slow
 TYPING = Path(__file__).parent / "typing"
 CLIENT, MISTAKES = TYPING / "client.py", TYPING / "mistakes.py"
 ROOT = Path(__file__).parents[1]

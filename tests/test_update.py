@@ -9,6 +9,7 @@ from greensward.renderer import Renderer
 from greensward.techniques import TECHNIQUES
 from live_objects import live_objects
 
+pytestmark = pytest.mark.slow
 TRACK = gs.forces.Tracks(path=((-2, 2), (2, 0)), gauge_m=0.0, tyre_m=0.8)
 SCENE = gs.Scene(
     ground=gs.grounds.NoiseGround(height_m=4.0, size_m=(100, 100)),
@@ -129,7 +130,6 @@ def test_nothing_is_done_for_the_scene_that_it_draws(renderer):
     assert kept.scene is SCENE
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size_px", [64, 512])
 @pytest.mark.parametrize("technique", TECHNIQUES, ids=lambda technique: technique.name)
 def test_shadow_maps_may_change_their_size(renderer, technique, size_px):

@@ -60,6 +60,7 @@ def test_a_file_of_another_kind_or_version_is_refused(text, told, tmp_path):
         record.read(tmp_path / "a.json")
 
 
+@pytest.mark.slow
 def test_the_page_stands_alone_and_the_markdown_has_its_pictures(kept, tmp_path):
     picture = np.full((9, 16, 3), 90, np.uint8)
     pictures = {"reference": picture, "visibility-buffer, meadow, 1 sample": picture}

@@ -323,6 +323,7 @@ print(device.programs.compiled, device.programs.loaded, device.ctx.error)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("cache")
 def test_processes_beside_each_other_and_after_each_other(tmp_path):
     def start() -> subprocess.Popen[str]:

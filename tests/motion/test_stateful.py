@@ -64,6 +64,7 @@ def test_each_frame_is_one_step_from_the_last(counting):
     assert step.chunks is drawn._world.visible.chunks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "tables", [{}, {"simulation": {"within_m": 5.0, "settle_s": 0.2}}], ids=["alone", "beside blades"]
 )

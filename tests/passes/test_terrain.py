@@ -40,6 +40,7 @@ def test_rays_meet_the_ground_where_it_first_is(renderer, camera, ground):
         assert (clear > -1e-4 * away).all()
 
 
+@pytest.mark.slow
 def test_rays_draw_the_same_picture_as_triangles(renderer):
     scene = small_scene(
         technique=VISIBILITY_BUFFER,

@@ -377,6 +377,7 @@ def test_no_program_needs_more_than_opengl_promises(device, monkeypatch, techniq
     assert (max(images) > 0) == (stage == "compute")
 
 
+@pytest.mark.slow
 def test_drawing_again_and_again_makes_nothing_new(device, renderer, technique):
     drawn = renderer(_scene(technique, wind=[BREEZE]))
     cameras = [Camera(position_m=(x, 1.0, 4.0), target_m=(x, 0.0, -3.0)) for x in (0.0, 20.0, 40.0)]

@@ -214,6 +214,7 @@ def test_ids_of_instances_are_unique_in_a_picture(renderer):
 # Level of detail --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_densities_change_the_work_and_not_the_picture(renderer):
     frames = {
         count: renderer(_instanced({"densities": count, "thinning": 1.0}, sowing=_FULL)).render(aovs=["depth"])
@@ -434,6 +435,7 @@ def test_wrong_settings_are_told(settings, words):
         chosen(_scene(settings))
 
 
+@pytest.mark.slow
 def test_a_patch_larger_than_the_field(renderer):
     ground = {"kind": "flat", "size_m": [6.0, 6.0], "beyond": "bare"}
     frame = renderer(_instanced({"patch_m": 60.0}, ground=ground)).render(aovs=["class", "depth"])

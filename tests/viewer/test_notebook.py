@@ -167,6 +167,7 @@ def test_frames_follow_the_size_of_the_page(show, size, ratio):
     assert view.get_frame().shape == frame.shape
 
 
+@pytest.mark.slow
 def test_slow_frames_have_fewer_pixels_until_the_picture_rests(show, monkeypatch):
     from greensward.viewer import widget
 

@@ -614,6 +614,7 @@ def test_every_pass_that_is_timed_is_shown(drive, monkeypatch):
     assert (shown["a pass of tomorrow"], shown["frame"]) == ("3.0 ms", "5.0 ms")
 
 
+@pytest.mark.slow
 def test_far_blades_are_timed_and_shown(drive):
     d = drive(SCENE.replace("reach_m = 25  # near", "reach_m = 25\ntraced_m = 15"))
     d.ui.go_to("Frame")
