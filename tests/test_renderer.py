@@ -60,6 +60,7 @@ def test_unknown_techniques_and_settings_are_refused(device, renderer, technique
     assert live_objects(device) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", ["fragment", "compute"])
 def test_resized_as_if_made_so(renderer, stage):
     scene = small_scene(wind=[BREEZE])

@@ -93,6 +93,7 @@ def test_what_is_missing_stands_in_the_report(kept, tmp_path, monkeypatch):
         assert "vertex-buffer" in text
 
 
+@pytest.mark.slow
 def test_plots_are_named_after_their_workloads(kept):
     made = plots.plots(kept)
     assert set(made) == {"blade-count.webp", "cost-quality.webp"}

@@ -90,6 +90,7 @@ def test_the_picture_is_that_of_all_blades(renderer, monkeypatch, camera, ground
     assert np.array_equal(culled.image, every.image)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", ["ahead", "telescope", "sideways telescope"])
 def test_a_wider_picture_shows_the_same_in_its_middle(renderer, camera):
     """Blades at the border are not dropped by the tests on the GPU either."""

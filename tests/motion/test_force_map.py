@@ -439,6 +439,7 @@ def test_blades_that_are_not_stored_lie_too(renderer, stored_m):
     assert np.isclose(here["motion"], there["motion"], atol=0.02).all(-1)[same].mean() > 0.995
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("technique", NAMES)
 def test_motion_is_that_of_blades_being_pressed(renderer, technique):
     """The vehicle passes between the two frames; without wind, only what it presses moves."""

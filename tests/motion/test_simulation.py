@@ -74,6 +74,7 @@ def test_nothing_explodes(renderer, form, winds):
         _check_shapes(drawn)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_state_does_not_depend_on_the_frame_rate(renderer, form):
     scene = _field(form, wind=[_WIND[form]], simulation={"step_s": 0.02})

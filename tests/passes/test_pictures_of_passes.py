@@ -154,6 +154,7 @@ def test_every_part_of_the_scene_shows(renderer, table):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("elevation_deg", [-10.0, 0.0, 0.1, 3.0, 89.99, 90.0])
 @pytest.mark.parametrize("haze", [0.0, 1.0, 50.0])
 def test_any_sun_and_air_give_a_picture(renderer, elevation_deg, haze):

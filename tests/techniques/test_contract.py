@@ -81,6 +81,7 @@ def test_same_frame_twice_is_identical(renderer, technique, samples):
     assert np.array_equal(frames[2].truth["motion"], frames[0].truth["motion"])
 
 
+@pytest.mark.slow
 def test_a_frame_does_not_depend_on_those_before(renderer, technique):
     """Far enough away that the field is sown anew, at another time, and back."""
     scene = _scene(technique, wind=[BREEZE])
@@ -186,6 +187,7 @@ def test_an_occluder_hides_grass(renderer, technique):
     assert (near < 0.9).all()
 
 
+@pytest.mark.slow
 def test_taller_grass_covers_more(renderer, technique):
     cover = [
         _cover(
@@ -351,6 +353,7 @@ OPTIONS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "stage"),
     [*((name, "compute") for name in OPTIONS), ("plain", "fragment"), ("all at once", "fragment")],

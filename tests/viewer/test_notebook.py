@@ -156,6 +156,7 @@ def test_objects_stop_a_walk(show):
     assert 2.75 < view.controller.position_ws[2] < before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("size", "ratio"), [((120, 50), 1.0), ((60, 40), 2.0), ((1, 1), 1.0)])
 def test_frames_follow_the_size_of_the_page(show, size, ratio):
     view = show(small_scene())

@@ -266,6 +266,7 @@ def test_files_of_a_preset_come_along_when_it_is_saved(tmp_path):
     session.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", gs.presets())
 def test_a_preset_that_is_saved_keeps_its_comments(tmp_path, name):
     session = Session(name)

@@ -386,6 +386,7 @@ def test_leaving_by_saving_a_preset_leaves(drive):
     assert gs.load("yan2024-random-001.toml").seed == 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["", "/", ".", "..", "~", "~nobody-of-this-name/x", "x" * 5000, "a\0b", "/etc/"])
 @pytest.mark.parametrize("command", [commands.SAVE_AS, commands.SAVE_PICTURE, commands.OPEN], ids=lambda c: c.help)
 def test_whatever_is_typed_as_a_file(drive, command, name):
