@@ -56,7 +56,7 @@ ANEW = {
 
 @pytest.fixture(scope="module")
 def usual():
-    """What a new renderer draws of the scene."""
+    """Image of the scene, drawn by a new renderer."""
     with Renderer(SCENE, size=(160, 90)) as drawn:
         return drawn.render(1.0).image
 

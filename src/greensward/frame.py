@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import moderngl
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.depth import ReversedDepth
 from greensward.gpu.device import Device, Stage
 from greensward.gpu.layouts import BlockBuffer
@@ -122,5 +123,4 @@ class GeometryPasses:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for part in (self.flowers, self._heads, self._solids, self._terrain, *self._blocks):
-            part.release()  # type: ignore[attr-defined]
+        release_all(self.flowers, self._heads, self._solids, self._terrain, *self._blocks)

@@ -157,8 +157,8 @@ class Renderer:
                     device, self._world, self._technique, needs, self._far, stage, self._depth, self.timers
                 )
             )
-            self._shadows = ShadowMaps(device, self._world)
-            self._gbuffer = GBuffer(device, size, self._depth, stage)
+            self._shadows = self._own(ShadowMaps(device, self._world))
+            self._gbuffer = self._own(GBuffer(device, size, self._depth, stage))
             self._blade_pixels = self._own(BladePixels(device, bindings))
             self._lighting = self._own(Lighting(device, bindings, scene, size, stage))
             water = scene.water
@@ -188,6 +188,10 @@ class Renderer:
         if part is not None:
             self._parts.append(part)
         return part
+
+    def _disown(self, part: Releasable) -> None:
+        self._parts.remove(part)
+        part.release()
 
     @property
     def blades(self) -> int:
@@ -306,7 +310,7 @@ class Renderer:
         and cannot be had; the renderer goes on with the scene that it has.
         """
         scene = as_scene(scene)
-        if scene == self.scene and self.scene.resolve(".") == scene.resolve("."):
+        if scene == self.scene and self.scene.folder == scene.folder:
             return
         chosen(scene)
         if self.updates_in_place(scene):
@@ -329,7 +333,7 @@ class Renderer:
         differs = {name for name in Scene.model_fields if getattr(before, name) != getattr(scene, name)}
         return (
             not differs - _IN_PLACE
-            and before.resolve(".") == scene.resolve(".")
+            and before.folder == scene.folder
             and before.camera.far_m == scene.camera.far_m
             and (before.post.blur == "off") == (scene.post.blur == "off")
             and self._world.can_change(scene)
@@ -350,8 +354,8 @@ class Renderer:
                 if self._water:
                     self._water.relight(scene)
             if before.sun != scene.sun or before.shadows != scene.shadows:
-                self._shadows.release()
-                self._shadows = ShadowMaps(self.device, self._world)
+                self._disown(self._shadows)
+                self._shadows = self._own(ShadowMaps(self.device, self._world))
         self.scene = scene
         self._viewed_from = None
 
@@ -361,8 +365,8 @@ class Renderer:
             return
         self._check_size(size)
         with self.device.use():
-            self._gbuffer.release()
-            self._gbuffer = GBuffer(self.device, size, self._depth, self._stage)
+            self._disown(self._gbuffer)
+            self._gbuffer = self._own(GBuffer(self.device, size, self._depth, self._stage))
             self._lighting.resize(size)
             self._post.resize(size)
             for part in (self._water, self._blur, self._temporal):
@@ -488,8 +492,7 @@ class Renderer:
             self._release_parts()
 
     def _release_parts(self) -> None:
-        replaced = (vars(self)[name] for name in ("_shadows", "_gbuffer") if name in vars(self))
-        release_all(*replaced, *reversed(self._parts))
+        release_all(*reversed(self._parts))
 
     def __enter__(self) -> Self:
         return self
@@ -520,7 +523,7 @@ def _device_of(device: Device | str, ctx: moderngl.Context | None) -> Device:
 
 
 def _same_heights(before: Scene, scene: Scene) -> bool:
-    return (before.ground, before.seed, before.resolve(".")) == (scene.ground, scene.seed, scene.resolve("."))
+    return (before.ground, before.seed, before.folder) == (scene.ground, scene.seed, scene.folder)
 
 
 def _same_but_colours(before: Scene, scene: Scene) -> bool:

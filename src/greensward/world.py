@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.culling import ChunkRange, DepthPyramid, VisibleSet
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device, Stage
 from greensward.gpu.kernels import Bindings
 from greensward.gpu.view import View
@@ -190,5 +191,4 @@ class World:
         for part in (self.depth_pyramid, self._simulation, self._colliders, self._winds, self._forces):
             if part:
                 part.release()
-        for always in (self.visible, self._poses, self.field, self.ground):
-            always.release()
+        release_all(self.visible, self._poses, self.field, self.ground)

@@ -1,4 +1,4 @@
-"""How much of a blade is there, by distance: `lodFade` of culling/level_of_detail.glsl."""
+"""Level of detail shortens blades with distance: `lodFade` of culling/level_of_detail.glsl."""
 
 from collections.abc import Mapping
 

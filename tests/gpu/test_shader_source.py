@@ -15,7 +15,7 @@ _NESTED = {
 
 
 def _compiled(device, text, **generated):
-    """What a compute shader writes into `result` that is this text and a main."""
+    """Run a compute shader of this text and a main; return the `result` that it writes."""
     main = f"{text}\nlayout(local_size_x = 1) in;\nlayout(std430) buffer Result {{ float result; }};\n"
     kernel = Kernel(device, "main", generated={**generated, "main": main + "void main() { result = VALUE; }"})
     result = device.ctx.buffer(reserve=4)

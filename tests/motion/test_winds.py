@@ -126,7 +126,7 @@ def test_all_kinds_add_up(device):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_struct_has_a_member_for_each_number(kind):
-    """What does not fit would be read from the next wind's rows."""
+    """A number that does not fit would be read from the next wind's rows."""
     wind = kind(files=("a.png",)) if kind.__name__ == "Texture" else kind()
     _, _, members = winds_module._GLSL[kind]
     width = sum(1 if of == "float" else int(of[-1]) for _, of in members)

@@ -497,8 +497,8 @@ def test_the_hierarchy_looks_at_few_nodes_of_a_large_field(monkeypatch):
     from greensward.sowing import pattern
 
     looked = []
-    tested = pattern._shown
-    monkeypatch.setattr(pattern, "_shown", lambda *a: looked.append(len(a[2])) or tested(*a))
+    tested = pattern.boxes_in_view
+    monkeypatch.setattr(pattern, "boxes_in_view", lambda *a: looked.append(len(a[1])) or tested(*a))
     view = _view({"position_m": [0.0, 1.7, 4.0], "target_m": [0.0, 1.0, -20.0]})
     for each_way in (64, 16384):
         looked.clear()

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.culling.chunks import CHUNK, ChunkRange, ChunkTable
-from greensward.gpu.buffers import at_least, zeros
+from greensward.gpu.buffers import at_least, release_all, zeros
 from greensward.gpu.device import COMMANDS_WRITTEN, STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Kernel, Resource
 from greensward.gpu.layouts import WORD, struct
@@ -132,10 +132,8 @@ class BladeCulling:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for kernel in (*self._cull.values(), self._prefix_sum):
-            kernel.release()
-        for buffer in (self._masks, self._survivors, self._offsets, self.commands):
-            buffer.release()
+        release_all(*self._cull.values(), self._prefix_sum)
+        release_all(self._masks, self._survivors, self._offsets, self.commands)
 
 
 assert CHUNK == 32, "a chunk's mask has 32 bits"

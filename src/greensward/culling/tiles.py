@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.view import View
+from greensward.gpu.view import View, boxes_in_view, distance_to_boxes, planes_of
 from greensward.sowing.field import Tiles
 
 Floats = npt.NDArray[np.float64]
@@ -13,17 +13,12 @@ Floats = npt.NDArray[np.float64]
 
 def in_view(tiles: Tiles, views: Sequence[View]) -> npt.NDArray[np.bool_]:
     """Test tiles' boxes against each view's frustum: bool (views, tiles). A box outside one plane is out."""
-    planes = np.concatenate([view.planes_ws() for view in views])
-    reach = planes[:, :3] @ tiles.centre.T + np.abs(planes[:, :3]) @ tiles.half.T + planes[:, 3:]
-    result: npt.NDArray[np.bool_] = (reach >= 0.0).reshape(len(views), 6, -1).all(axis=1)
-    return result
+    return boxes_in_view(planes_of(views), tiles.centre, tiles.half)
 
 
 def distance_to(tiles: Tiles, point: Floats) -> Floats:
     """Metres from a point to the nearest of each tile's box: float64 (tiles,)."""
-    beside = np.maximum(np.abs(point - tiles.centre) - tiles.half, 0.0)
-    distance: Floats = np.sqrt(np.einsum("ij,ij->i", beside, beside))
-    return distance
+    return distance_to_boxes(point, tiles.centre, tiles.half)
 
 
 def coverage_needed(

@@ -174,3 +174,22 @@ def orthographic(half_width: float, near: float, far: float) -> Matrix:
     matrix = np.diag([1.0 / half_width, 1.0 / half_width, -2.0 / (far - near), 1.0])
     matrix[2, 3] = -(far + near) / (far - near)
     return matrix
+
+
+def planes_of(views: Sequence[View]) -> Matrix:
+    """Six clip planes of each view, one view after the other: (6 views, 4)."""
+    return np.concatenate([view.planes_ws() for view in views])
+
+
+def boxes_in_view(planes: Matrix, centre: Matrix, half: Matrix) -> npt.NDArray[np.bool_]:
+    """Test boxes, (n, 3) each, against the planes of views: bool (views, n). A box outside one plane is out."""
+    reach = planes[:, :3] @ centre.T + np.abs(planes[:, :3]) @ half.T + planes[:, 3:]
+    shown: npt.NDArray[np.bool_] = np.all((reach >= 0.0).reshape(len(planes) // 6, 6, -1), axis=1)
+    return shown
+
+
+def distance_to_boxes(point: npt.NDArray[np.float64], centre: Matrix, half: Matrix) -> npt.NDArray[np.float64]:
+    """Metres from a point to the nearest of each box, (n,)."""
+    beside = np.maximum(np.abs(point - centre) - half, 0.0)
+    distance: npt.NDArray[np.float64] = np.sqrt(np.einsum("ij,ij->i", beside, beside))
+    return distance

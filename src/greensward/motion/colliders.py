@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import upload
+from greensward.gpu.buffers import release_all, upload
 from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Bindings, Kernel
 from greensward.gpu.layouts import WORD, BlockBuffer, block, struct
@@ -113,5 +113,4 @@ class Colliders:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for part in (self._block, self._buffer, self._reaches, self._cells, self._kernel):
-            part.release()
+        release_all(self._block, self._buffer, self._reaches, self._cells, self._kernel)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.culling import ChunkRange, ChunkTable, NeededTiles, VisibleSet
-from greensward.gpu.buffers import full, zeros
+from greensward.gpu.buffers import full, release_all, zeros
 from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Kernel, Resource, grid
 from greensward.gpu.layouts import WORD, struct
@@ -202,8 +202,7 @@ class BladeSimulation:
             return
         for part in () if forget else parts:
             self._look_up(self._restore, part.page)
-        for buffer in self._preserved[:2]:
-            buffer.release()
+        release_all(*self._preserved[:2])
         self._preserved = None
 
     def _look_up(self, kernel: Kernel, page: Page) -> None:
@@ -253,7 +252,5 @@ class BladeSimulation:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for buffer in (*self._states.values(), *(self._preserved or ())[:2]):
-            buffer.release()
-        for kernel in (self._begin, self._near, self._edge, self._preserve, self._restore):
-            kernel.release()
+        release_all(*self._states.values(), *(self._preserved or ())[:2])
+        release_all(self._begin, self._near, self._edge, self._preserve, self._restore)

@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import at_least
+from greensward.gpu.buffers import at_least, release_all
 from greensward.gpu.depth import ReversedDepth
 from greensward.gpu.device import IMAGES_WRITTEN, Device, Stage
 from greensward.gpu.kernels import Bindings, Kernel
@@ -76,8 +76,7 @@ class GBuffer:
             self._clear.release()
         self.framebuffer.release()
         self._z.release()
-        for texture in self._textures:
-            texture.release()
+        release_all(*self._textures)
 
 
 class BladePixels:

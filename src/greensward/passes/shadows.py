@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Bindings
 from greensward.gpu.view import View, look_at, orthographic
@@ -82,10 +83,7 @@ class ShadowMaps:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for framebuffer in self.framebuffers:
-            framebuffer.release()
-        for texture in self._maps:
-            texture.release()
+        release_all(*self.framebuffers, *self._maps)
 
 
 def shadow_from_world(view: View) -> npt.NDArray[np.float64]:

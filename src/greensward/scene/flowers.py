@@ -10,7 +10,7 @@ MOST_FLOWERS = 8
 
 
 class Flowers(Model):
-    """Whole plants as billboards that turn to the viewer. Flowers on blades are the `head` of a `[[grass]]` table."""
+    """Plants of one kind, as billboards that turn to the viewer; flowers on blades are the `head` of `[[grass]]`."""
 
     density_per_m2: Number = Field(default=0.5, gt=0, le=100)
     """Plants per square metre before maps and slope thin them."""

@@ -76,6 +76,11 @@ class Scene(Model):
             values["wind"] = [{"kind": DEFAULT_KINDS["wind"], **w} if isinstance(w, dict) else w for w in winds]
         return values
 
+    @property
+    def folder(self) -> Path:
+        """Folder that the files it names are relative to."""
+        return self._folder
+
     def resolve(self, file: str | Path) -> Path:
         """The path of a file that the scene names, relative to the scene file's folder."""
         return self._folder / Path(file).expanduser()

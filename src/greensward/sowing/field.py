@@ -3,6 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Bindings
 from greensward.gpu.layouts import BlockBuffer
@@ -208,8 +209,7 @@ class Field:
         return sum(page.nbytes for page in self.pages) + (self.unstored.nbytes if self.unstored else 0)
 
     def _forget(self) -> None:
-        for page in self._on_ground:
-            page.release()
+        release_all(*self._on_ground)
         self._on_ground = []
         if self.unstored:
             self.unstored.release()
@@ -218,8 +218,7 @@ class Field:
     def release(self) -> None:
         """Free the GPU memory."""
         self._forget()
-        for page in self._on_objects:
-            page.release()
+        release_all(*self._on_objects)
         self._on_objects = []
         self._block.release()
         self._sower.release()

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.layouts import struct
 from greensward.io.meshes import TriMesh
@@ -120,8 +121,7 @@ def sow_object(
             surface.index,
             transformed=True,
         )
-        for buffer in buffers.values():
-            buffer.release()
+        release_all(*buffers.values())
     picture.release()
     return pages
 

@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import zeros
+from greensward.gpu.buffers import release_all, zeros
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Resource
 from greensward.gpu.layouts import WORD, struct
@@ -83,8 +83,7 @@ class Page:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for buffer in self._buffers():
-            buffer.release()
+        release_all(*self._buffers())
 
 
 class UnstoredPage:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.gpu.layouts import struct
-from greensward.gpu.view import View
+from greensward.gpu.view import View, boxes_in_view, distance_to_boxes, planes_of
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -45,7 +45,7 @@ def patches_in_view(
 
     Distance is from the camera to the nearest point of the patch, in metres, and at most `reach_m`.
     """
-    planes = np.concatenate([view.planes_ws() for view in views])
+    planes = planes_of(views)
     edges = np.array(
         [1 << max(int(high - low - 1).bit_length(), 0) for low, high in zip(grid.low, grid.high, strict=True)]
     )
@@ -53,7 +53,8 @@ def patches_in_view(
     while True:
         low = np.maximum(nodes, grid.low) * grid.patch_m - grid.margin_m
         high = np.minimum(nodes + edges, grid.high) * grid.patch_m + grid.margin_m
-        shown, away = _shown(grid, planes, low, high, camera_ws, len(views))
+        centre, half = _boxes(grid, low, high)
+        shown, away = boxes_in_view(planes, centre, half), distance_to_boxes(camera_ws, centre, half)
         keep = shown.any(axis=0) & (away <= reach_m) & (nodes < grid.high).all(axis=1)
         nodes, shown, away = nodes[keep], shown[:, keep], away[keep]
         if edges.max() == 1:
@@ -65,18 +66,12 @@ def patches_in_view(
         nodes = np.concatenate([nodes, beside])
 
 
-def _shown(
-    grid: Grid, planes: Floats, low: Floats, high: Floats, camera_ws: Floats, views: int
-) -> tuple[npt.NDArray[np.bool_], Floats]:
+def _boxes(grid: Grid, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     bottom, top = grid.height_m
     centre, half = np.empty((len(low), 3)), np.empty((len(low), 3))
     centre[:, [0, 2]], half[:, [0, 2]] = 0.5 * (low + high), 0.5 * (high - low)
     centre[:, 1], half[:, 1] = 0.5 * (bottom + top), 0.5 * (top - bottom)
-    reach = planes[:, :3] @ centre.T + np.abs(planes[:, :3]) @ half.T + planes[:, 3:]
-    beside = np.maximum(np.abs(camera_ws - centre) - half, 0.0)
-    shown: npt.NDArray[np.bool_] = np.all((reach >= 0.0).reshape(views, 6, -1), axis=1)
-    away: Floats = np.sqrt(np.einsum("ij,ij->i", beside, beside))
-    return shown, away
+    return centre, half
 
 
 def pattern_of(count: int, seed: int) -> npt.NDArray[np.void]:

@@ -7,7 +7,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import zeros
+from greensward.gpu.buffers import release_all, zeros
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Kernel, Resource
 from greensward.gpu.layouts import struct
@@ -116,5 +116,4 @@ class Sower:
 
     def release(self) -> None:
         """Free the programs."""
-        for kernel in (self._marker, self._prefix_sum, self._placer):
-            kernel.release()
+        release_all(self._marker, self._prefix_sum, self._placer)

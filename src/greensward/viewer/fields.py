@@ -197,7 +197,7 @@ def value_at(scene: BaseModel, path: KeyPath) -> Any:
 def with_value(scene: Scene, path: KeyPath, value: Any) -> Scene:
     """Return the scene with another value at a path, validated by its models. Raises `SceneError`."""
     changed: Scene = _put(scene, path, value, ())
-    return changed.in_folder(scene.resolve("."))
+    return changed.in_folder(scene.folder)
 
 
 def _put(node: Any, path: KeyPath, value: Any, done: KeyPath) -> Any:

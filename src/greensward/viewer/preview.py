@@ -38,4 +38,4 @@ def preview(scene: Scene, quality: float) -> Scene:
     if simulation := scene.simulation:
         steps = {"within_m": simulation.within_m * nearer, "step_s": max(simulation.step_s, _LONGEST_STEP_S)}
         reduced["simulation"] = simulation.model_copy(update=steps)
-    return scene.model_copy(update=reduced).in_folder(scene.resolve("."))
+    return scene.model_copy(update=reduced).in_folder(scene.folder)

@@ -178,7 +178,7 @@ class Session:
     @property
     def folder(self) -> Path:
         """Folder that the file names in the scene are relative to."""
-        return self.scene.resolve(".")
+        return self.scene.folder
 
     # Camera -------------------------------------------------------------------------------------------------
 

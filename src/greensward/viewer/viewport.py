@@ -134,7 +134,7 @@ class Viewport:
         current = self._current
         if scene == self._failed:
             return False
-        if current and scene == current.scene and same_folder(scene, current.scene):
+        if current and scene == current.scene and scene.folder == current.scene.folder:
             if self._failed is not None:
                 self._failed, self.problems = None, ()
             return False
@@ -282,11 +282,6 @@ class Viewport:
 
 SETTLED = 24
 """Frames after which a still picture has converged, and is not drawn again."""
-
-
-def same_folder(one: Scene, other: Scene) -> bool:
-    """Return True if the file names of two scenes are relative to the same folder."""
-    return one.resolve(".") == other.resolve(".")
 
 
 def _sentences(error: GreenswardError) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 import moderngl
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device, Stage
 from greensward.gpu.full_screen import FullScreenPass
 from greensward.gpu.kernels import Bindings
@@ -38,11 +39,9 @@ class Blur:
         self._allocate(size)
 
     def _free(self) -> None:
-        for texture in self._targets:
-            texture.release()
+        release_all(*self._targets)
 
     def release(self) -> None:
         """Free the GPU resources."""
         self._free()
-        for step in self._passes:
-            step.release()
+        release_all(*self._passes)

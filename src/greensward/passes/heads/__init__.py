@@ -4,6 +4,7 @@ import moderngl
 
 from greensward.culling import distance_defines
 from greensward.culling.visible import HEAD_PX
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Draw
 from greensward.gpu.layouts import struct
@@ -62,6 +63,5 @@ class Heads:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for draw in self._draws.values():
-            draw.release()
+        release_all(*self._draws.values())
         self._meshes.release()

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device, Stage
 from greensward.gpu.full_screen import FullScreenPass
 from greensward.gpu.kernels import Bindings
@@ -71,8 +72,7 @@ class Lighting:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for part in (self._pass, self._sky, self._block, self._radiance):
-            part.release()
+        release_all(self._pass, self._sky, self._block, self._radiance)
 
 
 def _irradiance_up(harmonics: np.ndarray) -> np.ndarray:

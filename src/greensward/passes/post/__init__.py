@@ -4,6 +4,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device, Stage
 from greensward.gpu.full_screen import FullScreenPass
 from greensward.gpu.kernels import Bindings, Draw
@@ -63,8 +64,7 @@ class Post:
         self._allocate(size)
 
     def _free(self) -> None:
-        for texture in (*self._average, self._picture):
-            texture.release()
+        release_all(*self._average, self._picture)
 
     def release(self) -> None:
         """Free the GPU resources."""

@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Draw, Mesh
 from greensward.gpu.view import View
@@ -51,8 +52,7 @@ class _Shape:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for buffer in (self.corners, self.triangles, self.buffer):
-            buffer.release()
+        release_all(self.corners, self.triangles, self.buffer)
 
 
 class Solids:
@@ -89,10 +89,7 @@ class Solids:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        for draw in self._draws.values():
-            draw.release()
-        for shape in self._shapes:
-            shape.release()
+        release_all(*self._draws.values(), *self._shapes)
 
 
 def _shape_of(solid: Object) -> Hashable:

@@ -5,6 +5,7 @@ import math
 import moderngl
 import numpy as np
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import IMAGES_WRITTEN, Device, Stage
 from greensward.gpu.full_screen import FullScreenPass
 from greensward.gpu.kernels import Draw, Kernel, Mesh
@@ -78,10 +79,7 @@ class Terrain:
         self._material.release()
         if self._march:
             self._march.release()
-        for draw in self._draws.values():
-            draw.release()
-        for buffer in (self._corners, self._full, self._ring):
-            buffer.release()
+        release_all(*self._draws.values(), self._corners, self._full, self._ring)
 
 
 class _March:

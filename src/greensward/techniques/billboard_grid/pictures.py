@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Bindings, Draw, Mesh
 from greensward.gpu.layouts import BlockBuffer
@@ -70,8 +71,7 @@ class Billboards:
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for texture in self._textures:
-            texture.release()
+        release_all(*self._textures)
 
 
 def _uploaded(ctx: moderngl.Context, picture: Picture, repeat_y: bool = False) -> list[moderngl.TextureArray]:
@@ -110,8 +110,7 @@ def _grow(device: Device, scene: Scene, settings: GridSettings) -> tuple[Picture
         grower = _Grower(device, {**field.bindings, "Leaf": leaf, "View": view}, sown, settings, tall_m)
         return grower.side(slab_m), grower.top(), tall_m
     finally:
-        for part in (leaf, view, field, ground):
-            part.release()
+        release_all(leaf, view, field, ground)
 
 
 def mean_length_m(scene: Scene) -> float:
@@ -243,8 +242,7 @@ class _Grower:
         self._device.bind_again(before)  # a released framebuffer must not stay the current one
         canvas.release()
         depth.release()
-        for target in targets:
-            target.release()
+        release_all(*targets)
         return picture
 
 

@@ -315,8 +315,7 @@ class VisibilityBuffer:
 
     def release(self) -> None:
         """Free programs, blocks and buffers."""
-        for kernels in self._kernels.values():
-            kernels.release()
+        release_all(*self._kernels.values())
         if self._nearer:
             self._nearer.release()
         release_all(*self._clear.values(), self._plan, self._shadow, self._block)
