@@ -8,16 +8,19 @@ from typing import Any
 
 import hypothesis
 import moderngl
+import numpy as np
 import numpy.typing as npt
 import pytest
 
 from greensward import renderer as renderers
+from greensward.gpu import programs
 from greensward.gpu.adapters import open_context
 from greensward.gpu.device import Device
 from greensward.gpu.programs import CACHE_VARIABLE
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.library import as_scene
+from greensward.passes.sky import SkyTable
 from greensward.renderer import Renderer
 from greensward.scene import Scene
 from greensward.sowing import Field
@@ -33,6 +36,25 @@ hypothesis.settings.load_profile("quick")
 if CACHE_VARIABLE not in os.environ:
     _PROGRAMS = tempfile.TemporaryDirectory(prefix="greensward-tests-")
     os.environ[CACHE_VARIABLE] = _PROGRAMS.name
+# tests ask for more kinds of programs than a user's session, and for the same ones again
+programs._MOST_IDLE = 2048
+_SKIES: dict[object, tuple[bytes, npt.NDArray[np.float64]]] = {}
+_fill_sky = SkyTable.fill
+
+
+def _filled_sky(sky: SkyTable) -> npt.NDArray[np.float64]:
+    """Fill the table as it was filled for the same light before: drawing it takes as long as a small picture."""
+    block = sky._pass.shader._bindings["Light"]
+    light: object = sky._pass.stage, block.uploaded().read()
+    if light not in _SKIES:
+        harmonics = _fill_sky(sky)
+        _SKIES[light] = sky.texture.read(), harmonics
+    table, harmonics = _SKIES[light]
+    sky.texture.write(table)
+    return harmonics
+
+
+SkyTable.fill = _filled_sky  # type: ignore[method-assign]
 
 
 @pytest.fixture(scope="session")

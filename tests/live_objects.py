@@ -12,13 +12,13 @@ _DELETE_STATUS = 0x8B80
 def live_objects(device: Device) -> dict[str, set[int]]:
     """Names of the objects of each kind that nobody has deleted; names above 20,000 are not looked at.
 
-    Idle programs belong to the device, and are freed before.
+    Programs without users belong to the device, and do not count.
     """
-    device.programs.release()
     found = {}
     for kind in _KINDS:
         exists = device.function(f"glIs{kind}", ctypes.c_ubyte, ctypes.c_uint)
         found[kind] = {name for name in range(1, _MOST) if exists(name) and not _is_deleted(device, kind, name)}
+    found["Program"] -= {each.gl.glo for each in device.programs._programs.values() if not each.users}
     return found
 
 

@@ -110,7 +110,9 @@ def shader_call(
     neutral = Neutral(bindings)
     # full-screen passes want to know their targets
     kernel = neutral.kernel = Kernel(device, "call", {"TARGETS": 1, **defines}, neutral, generated={"call": text})
-    kernel._unset.clear()  # uniforms start at 0
+    for name in kernel._uniforms:
+        member = kernel._program.members[name]
+        kernel._values[name] = bytes(member.element_size * member.array_length)
     kernel.set(**uniforms)
     for block, members in blocks.items():
         neutral[block.name] = BlockBuffer(device.ctx, block)

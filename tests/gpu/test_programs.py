@@ -12,7 +12,7 @@ import pytest
 
 from greensward.gpu import programs
 from greensward.gpu.device import Device
-from greensward.gpu.kernels import Draw, Kernel, Mesh
+from greensward.gpu.kernels import BindingError, Draw, Kernel, Mesh
 from greensward.gpu.layouts import BlockBuffer, block
 from greensward.gpu.programs import CACHE_VARIABLE, ProgramPool, cache_folder
 from greensward.gpu.shader_source import ShaderError
@@ -41,39 +41,50 @@ def _result(kernel: Kernel, **values: object) -> float:
 # The pool ---------------------------------------------------------------------------------------------------
 
 
-def test_a_released_program_is_handed_out_again_with_its_uniforms_zeroed(device):
+def test_kernels_of_one_text_share_a_program_and_keep_their_own_uniforms(device):
     pool = device.programs
-    first = _kernel(device)
-    many = np.zeros((2, 4, 4))
-    many[1, 3, 2] = 7.0
-    assert _result(first, one=2.0, many=many) == 9.0
-    first.release()
+    one = _kernel(device)
     made, reused = pool.compiled + pool.loaded, pool.reused
-    second = _kernel(device)
+    two = _kernel(device)
     assert (pool.compiled + pool.loaded, pool.reused) == (made, reused + 1)
-    second._unset.clear()
-    assert _result(second) == 0.0
-    second.release()
-
-
-def test_two_users_at_once_have_a_program_each(device):
-    one, two = _kernel(device), _kernel(device)
+    assert one._program is two._program
     none = np.zeros((2, 4, 4))
     one.set(one=1.0, many=none)
     two.set(one=2.0, many=none)
     assert (_result(one), _result(two), _result(one)) == (1.0, 2.0, 1.0)
+    two.set(one=3.0)
+    assert (_result(one), _result(two)) == (1.0, 3.0)
+    assert (_result(one, one=4.0), _result(two), _result(one)) == (4.0, 3.0, 4.0)
+    one.release()
+    three = _kernel(device)
+    with pytest.raises(BindingError, match="many, one is not set"):
+        _result(three)
+    assert (_result(three, one=5.0, many=none), _result(two)) == (5.0, 3.0)
+    three.release()
+    two.release()
+
+
+def test_a_uniform_keeps_the_value_that_an_array_had_when_it_was_set(device):
+    one, two = _kernel(device), _kernel(device)
+    many = np.zeros((2, 4, 4))
+    many[1, 3, 2] = 7.0
+    one.set(one=0.0, many=many)
+    many[:] = 1.0
+    assert (_result(one), _result(two, one=1.0, many=many), _result(one)) == (7.0, 2.0, 7.0)
     one.release()
     two.release()
 
 
-def test_a_program_that_is_released_twice_has_one_user_afterwards(device):
-    first = _kernel(device)
-    first.release()
-    first.release()
+def test_a_program_stays_for_its_last_user(device, monkeypatch):
+    monkeypatch.setattr(programs, "_MOST_IDLE", 0)
     one, two = _kernel(device), _kernel(device)
-    assert one._program is not two._program
-    for each in (one, two):
-        each.release()
+    gl = one._program.gl
+    one.release()
+    one.release()
+    device.programs.release()
+    assert _result(two, one=2.0, many=np.zeros((2, 4, 4))) == 2.0
+    two.release()
+    assert isinstance(gl.mglo, moderngl.InvalidObject)
 
 
 def test_another_text_another_define_or_another_stage_is_another_program(device):

@@ -54,7 +54,8 @@ class _Bound:
         self.path = path
         self._bindings = bindings
         self._program = device.programs.take(sources)
-        self._uniforms: dict[str, Callable[[Any], None]] = {}
+        self._uniforms: dict[str, _Uniform] = {}
+        self._values: dict[str, bytes] = {}
         self._resources: dict[str, Callable[[Any], None]] = {}
         self._declared: set[str] | None = None
         storage: list[str] = []
@@ -72,7 +73,7 @@ class _Bound:
                 blocks += 1
             elif isinstance(member, moderngl.Uniform):
                 if not is_opaque(member):
-                    self._uniforms[name] = _writer(member)
+                    self._uniforms[name] = _Uniform(member)
                 elif is_image(member):
                     assign(self._program.gl.glo, member.location, images)
                     self._resources[name] = _image(images)
@@ -81,7 +82,6 @@ class _Bound:
                     assign(self._program.gl.glo, member.location, units)
                     self._resources[name] = _texture(device, units)
                     units += 1
-        self._unset = set(self._uniforms)
         try:
             self._refuse(storage, images)
         except BaseException:
@@ -113,19 +113,29 @@ class _Bound:
         """Set uniforms that stay until they are set again. A matrix is given as NumPy writes it, rows first."""
         for name, value in uniforms.items():
             if name in self._uniforms:
-                self._uniforms[name](value)
-                self._unset.discard(name)
+                self._set(name, value)
             else:
                 self._refuse_unknown(name)
 
+    def _set(self, name: str, value: Any) -> None:
+        uniform = self._uniforms[name]
+        data = uniform.pack(value)
+        if data != self._values.get(name):
+            self._values[name] = data
+            if self._program.uniforms_of is self:
+                uniform.write(data)
+
     def _bind(self, values: Mapping[str, Any]) -> None:
-        uniforms, resources, unset = self._uniforms, self._resources, self._unset
+        uniforms, resources = self._uniforms, self._resources
         for name, value in values.items():
             if name in uniforms:
-                uniforms[name](value)
-                unset.discard(name)
+                self._set(name, value)
             elif name not in resources:
                 self._refuse_unknown(name)
+        if self._program.uniforms_of is not self:
+            for name, data in self._values.items():
+                uniforms[name].write(data)
+            self._program.uniforms_of = self
         bindings = self._bindings
         for name, bind in resources.items():
             resource = values.get(name)
@@ -134,8 +144,8 @@ class _Bound:
                 if resource is None:
                     raise BindingError(f"{self.path}: {name} is not bound")
             bind(resource)
-        if unset:
-            raise BindingError(f"{self.path}: {', '.join(sorted(unset))} is not set")
+        if len(self._values) < len(uniforms):
+            raise BindingError(f"{self.path}: {', '.join(sorted(uniforms.keys() - self._values))} is not set")
 
     def _refuse_unknown(self, name: str) -> None:
         """Let names pass that the text declares and the compiler dropped."""
@@ -149,7 +159,7 @@ class _Bound:
             raise BindingError(f"{self.path}: declares no {name}")
 
     def release(self) -> None:
-        """Give the program, which is then another's, back to the pool; once."""
+        """Give the program back to the pool; once."""
         vars(self).pop("_gl", None)
         program = vars(self).pop("_program", None)
         if program is not None:
@@ -295,26 +305,41 @@ def _texture(device: Device, unit: int) -> Callable[[Any], None]:
     return bind
 
 
-def _writer(uniform: Any) -> Callable[[Any], None]:
-    count, target = uniform.array_length, uniform.ctx
-    place = uniform.program_obj, uniform.location, uniform.gl_type, count, uniform.element_size
-    if count > 1 or uniform.matrix:
-        place_ndim = 2 if uniform.matrix else 0
-        kind = {"f": np.float32, "i": np.int32, "I": np.uint32}[uniform.fmt[-1]]
+class _Uniform:
+    """A uniform of a program: the bytes of a value, and their way into the program."""
 
-        def write_array(value: Any) -> None:
-            array = np.asarray(value, kind)
-            array = np.swapaxes(array, -1, -2) if uniform.matrix else array
-            target._write_uniform(*place, (array if array.ndim == place_ndim else array[:count]).tobytes())
+    def __init__(self, uniform: Any) -> None:
+        self._array_length, self._matrix, self._dimension = uniform.array_length, uniform.matrix, uniform.dimension
+        self._context = uniform.ctx
+        self._place = (
+            uniform.program_obj,
+            uniform.location,
+            uniform.gl_type,
+            uniform.array_length,
+            uniform.element_size,
+        )
+        self._pack = struct.Struct(uniform.fmt).pack
+        self._dtype = {"f": np.float32, "i": np.int32, "I": np.uint32}[uniform.fmt[-1]]
+        self.pack: Callable[[Any], bytes]
+        """Bytes of a value as the program holds them."""
+        if uniform.array_length > 1 or uniform.matrix:
+            self.pack = self._pack_array
+        else:
+            self.pack = self._pack_number if uniform.dimension == 1 else self._pack_vector
 
-        return write_array
-    pack = struct.Struct(uniform.fmt).pack
+    def write(self, data: bytes) -> None:
+        self._context._write_uniform(*self._place, data)
+
+    def _pack_array(self, value: Any) -> bytes:
+        array = np.asarray(value, self._dtype)
+        array = np.swapaxes(array, -1, -2) if self._matrix else array
+        single = array.ndim == (2 if self._matrix else 0)
+        return (array if single else array[: self._array_length]).tobytes()
 
     # an array of one, or trimmed to one by the compiler, looks like none
-    def write(value: Any) -> None:
-        target._write_uniform(*place, pack(value[0] if hasattr(value, "__len__") else value))
 
-    def write_vector(value: Any) -> None:
-        target._write_uniform(*place, pack(*(value[0] if hasattr(value[0], "__len__") else value)))
+    def _pack_number(self, value: Any) -> bytes:
+        return self._pack(value[0] if hasattr(value, "__len__") else value)
 
-    return write if uniform.dimension == 1 else write_vector
+    def _pack_vector(self, value: Any) -> bytes:
+        return self._pack(*(value[0] if hasattr(value[0], "__len__") else value))

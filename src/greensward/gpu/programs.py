@@ -37,12 +37,16 @@ Loader = Callable[..., Callable[..., Any]]
 
 
 class Program:
-    """A linked program that one kernel or draw has for itself, and the text that defines it."""
+    """A linked program, which all kernels and draws of its text share."""
 
     def __init__(self, gl: GlProgram, key: str, texts: tuple[str, ...]) -> None:
         self.gl = gl
         self.key = key
         self.texts = texts
+        self.users = 0
+        """Number of kernels and draws that have it."""
+        self.uniforms_of: object = None
+        """The kernel or draw whose values its uniforms hold."""
 
     @cached_property
     def storage_blocks(self) -> tuple[int, ...]:
@@ -54,12 +58,6 @@ class Program:
     def members(self) -> dict[str, Any]:
         """Uniforms, blocks and attributes by name, as moderngl reflects them."""
         return _members(self.gl)
-
-    def reset(self) -> None:
-        """Set every plain uniform to 0, as in a new program."""
-        for member in self.members.values():
-            if isinstance(member, moderngl.Uniform) and not is_opaque(member):
-                _clear(member)
 
 
 def is_opaque(uniform: Any) -> bool:
@@ -73,19 +71,15 @@ def is_image(uniform: Any) -> bool:
     return bool(low <= uniform.gl_type <= high)
 
 
-def _clear(uniform: Any) -> None:
-    uniform.write(bytes(uniform.element_size * uniform.array_length))
-
-
 class ProgramPool:
-    """Programs of one context. A released program is handed out again where the same text is asked for."""
+    """Programs of one context by their text; those without users stay for whoever asks for their text next."""
 
     def __init__(self, ctx: moderngl.Context, function: Loader) -> None:
         self._ctx = ctx
-        self._idle: OrderedDict[str, list[Program]] = OrderedDict()
+        self._programs: OrderedDict[str, Program] = OrderedDict()
         self._binaries = Binaries.of(ctx, function)
         self.compiled = self.loaded = self.reused = 0
-        """Programs compiled from text, loaded as binaries, and handed out again."""
+        """Programs compiled from text, loaded as binaries, and those that a further user shares."""
         self.seconds = 0.0
         """Wall-clock time that all of these took."""
 
@@ -95,7 +89,7 @@ class ProgramPool:
         return self._binaries is not None
 
     def take(self, sources: Mapping[str, Source]) -> Program:
-        """Link a program of stages, by moderngl's names of them, or hand out an idle one of the same text.
+        """Return the program of stages, by moderngl's names of them; it is linked for its first user.
 
         Raises `ShaderError` where the driver refuses the text.
         """
@@ -110,22 +104,26 @@ class ProgramPool:
         for stage, source in sources.items():
             digest.update(f"{stage}\n{source.text}\0".encode())
         key = digest.hexdigest()
-        if idle := self._idle.get(key):
-            program = idle.pop()
-            if not idle:
-                del self._idle[key]
+        program = self._programs.get(key)
+        if program is None:
+            program = self._programs[key] = Program(
+                self._link(key, sources), key, tuple(source.text for source in sources.values())
+            )
+        else:
             self.reused += 1
-            return program
-        texts = tuple(source.text for source in sources.values())
+        program.users += 1
+        return program
+
+    def _link(self, key: str, sources: Mapping[str, Source]) -> GlProgram:
         gl = self._binaries.load(key, tuple(sources)) if self._binaries else None
         if gl is not None:
             self.loaded += 1
-            return Program(gl, key, texts)
+            return gl
         gl = self._compile(sources)
         self.compiled += 1
         if self._binaries:
             self._binaries.save(key, gl)
-        return Program(gl, key, texts)
+        return gl
 
     def _compile(self, sources: Mapping[str, Source]) -> GlProgram:
         texts: dict[str, Any] = {stage: source.text for stage, source in sources.items()}
@@ -137,22 +135,21 @@ class ProgramPool:
             raise ShaderError(locate(str(error), sources)) from None
 
     def give(self, program: Program) -> None:
-        """Take a program back for whoever asks for its text next."""
-        program.reset()
-        self._idle.setdefault(program.key, []).append(program)
-        self._idle.move_to_end(program.key)
-        while sum(map(len, self._idle.values())) > _MOST_IDLE:
-            key, oldest = next(iter(self._idle.items()))
-            oldest.pop(0).gl.release()
-            if not oldest:
-                del self._idle[key]
+        """Take a program back from one of its users."""
+        program.users -= 1
+        program.uniforms_of = None
+        self._programs.move_to_end(program.key)
+        idle = [each for each in self._programs.values() if not each.users]
+        self._free(idle[: max(len(idle) - _MOST_IDLE, 0)])
 
     def release(self) -> None:
-        """Free the idle programs."""
-        for programs in self._idle.values():
-            for program in programs:
-                program.gl.release()
-        self._idle.clear()
+        """Free the programs without users."""
+        self._free([each for each in self._programs.values() if not each.users])
+
+    def _free(self, programs: list[Program]) -> None:
+        for program in programs:
+            del self._programs[program.key]
+            program.gl.release()
 
 
 class Binaries:
