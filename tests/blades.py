@@ -33,14 +33,35 @@ assert (BLADE.itemsize, _POSE.itemsize, _STATE.itemsize) == tuple(
 
 
 def read_blades(field: Field) -> np.ndarray:
-    """All blades of a field, in the order of their ids, which start at 1."""
-    return np.concatenate([np.zeros(0, BLADE), *(np.frombuffer(page.blades.read(), BLADE) for page in field.pages)])
+    """All blades of a field, in its own order."""
+    return blades_by_id(field)[ids_of(field)]
+
+
+def blades_by_id(field: Field) -> np.ndarray:
+    """Blades by their ids; ids that no blade has are between them, and 0 is one."""
+    return np.concatenate([np.zeros(1, BLADE), *(np.frombuffer(page.blades.read(), BLADE) for page in field.pages)])
+
+
+def ids_of(field: Field) -> np.ndarray:
+    """Id of each blade, in the order of `read_blades`."""
+    order = field.order()
+    return np.array([page.first_id for page in field.pages], np.int64)[order.page] + order.row
 
 
 def read_poses(page: Page) -> np.ndarray:
-    """Control point and tip relative to the root, now and one frame ago: float64 (n, 2, 2, 3)."""
-    raw = np.frombuffer(page.poses.read(), _POSE)
+    """Control point and tip relative to the root, now and one frame ago, tile by tile: float64 (n, 2, 2, 3)."""
+    raw = np.frombuffer(page.poses.read(), _POSE)[page.tiles.rows()]
     return np.stack([raw["now"], raw["previous"]], 1).reshape(len(raw), 2, 2, 3).astype(np.float64)
+
+
+def poses_of(field: Field) -> np.ndarray:
+    """Poses of all blades in the order of `read_blades`, as `read_poses` has them."""
+    order = field.order()
+    poses = np.concatenate([read_poses(page) for page in field.pages])
+    pages = np.concatenate([np.full(page.count, number) for number, page in enumerate(field.pages)])
+    rows = np.concatenate([page.tiles.rows() for page in field.pages])
+    place = {at: i for i, at in enumerate(zip(pages.tolist(), rows.tolist(), strict=True))}
+    return poses[[place[at] for at in zip(order.page.tolist(), order.row.tolist(), strict=True)]]
 
 
 def up_of(blades: np.ndarray) -> np.ndarray:
@@ -61,7 +82,5 @@ def points(blades: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def read_states(world: World) -> np.ndarray:
-    """State of the blades of a simulated field, in the order of their pages."""
-    saved = world.saved()
-    states = [saved[f"state_{i}"] for i in range(len(world.field.pages))]
-    return np.concatenate([np.frombuffer(state.tobytes(), _STATE) for state in states])
+    """State of the blades of a simulated field, in the field's order."""
+    return np.frombuffer(world.saved()["state"].tobytes(), _STATE)

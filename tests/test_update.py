@@ -238,11 +238,3 @@ def test_a_camera_under_water_can_be_taken_back(renderer):
         kept.render(1.0)
     kept.update(base)
     assert np.array_equal(kept.render(1.0).image, before)
-
-
-def test_sowing_further_than_the_camera_goes_draws_the_same_grass(renderer):
-    near, far = renderer(SCENE), renderer(SCENE, resow_distance_m=3.0)
-    assert far.render().counts.considered > 0
-    assert far.blades > near.blades
-    difference = np.abs(far.render().image.astype(int) - near.render().image.astype(int))
-    assert (difference > 8).mean() < 0.02

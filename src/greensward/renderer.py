@@ -94,8 +94,6 @@ class Renderer:
     programs; those that are given none share one of their thread. `scripts` move objects by name: each takes a time
     in seconds and returns the centre of the object's base, (3,) with y above the ground, or its matrix, (4, 4) for
     column vectors. Full-screen passes run in `stage`; if not given, in the faster one on this kind of driver.
-    `resow_distance_m` is how far the camera may go before the field is sown anew around it: more asks for more memory
-    and less often for sowing; if not given, it is 0.15 of `sowing.full_density_m`.
     Raises `InputError` for what the scene asks and cannot be had.
     """
 
@@ -110,7 +108,6 @@ class Renderer:
         ctx: moderngl.Context | None = None,
         scripts: Mapping[str, Script] | None = None,
         stage: Stage | None = None,
-        resow_distance_m: float | None = None,
     ) -> None:
         self.seconds: dict[str, float] = {}
         """Wall-clock seconds by stage so far."""
@@ -128,7 +125,7 @@ class Renderer:
         self.driver = self.device.name
         self._check_size(size)
         self.size = size
-        self._scripts, self._resow_distance_m = scripts, resow_distance_m
+        self._scripts = scripts
         self._stage = stage or self.device.best_stage
         with self._timed("ground"):
             heights = HeightField.of(scene)
@@ -147,9 +144,7 @@ class Renderer:
         bindings: Bindings = {}
         self._parts: list[Releasable] = []
         try:
-            self._world = self._own(
-                World(device, scene, heights, stage, bindings, self._scripts, needs.stored, self._resow_distance_m)
-            )
+            self._world = self._own(World(device, scene, heights, stage, bindings, self._scripts, needs.stored))
             self._technique = self._own(technique(device, self._world, settings))
             self._far = self._own(far_level(device, self._world))
             self._geometry = self._own(
@@ -447,8 +442,7 @@ class Renderer:
         frame_time = FrameTime(time_s, previous_s, self._all_views)
         self.timers.start_frame()
         with self._timed("sow"):
-            if self._world.follow(view.camera_ws):
-                self.ctx.finish()
+            self._world.follow(view.camera_ws)
         with self._timed("draw"), self.timers.measure("move"):
             self._world.move(frame_time)
         self._previous, self._time_s = (view, time_s), time_s

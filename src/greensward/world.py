@@ -31,6 +31,8 @@ from greensward.scene import InputError, Scene
 from greensward.sowing import Field, Page
 
 Floats = npt.NDArray[np.float64]
+# parts of `sowing.full_density_m`
+_STEP, _COARSE_STEP = 0.0125, 0.2
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,6 @@ class World:
         bindings: Bindings,
         scripts: Mapping[str, Script] | None = None,
         sown: bool = True,
-        resow_distance_m: float | None = None,
     ) -> None:
         self.device = device
         self.scene = scene
@@ -96,19 +97,20 @@ class World:
         self.visible = VisibleSet(device, scene)
         self._analytic: list[tuple[Page, ChunkRange]] = []
         self._focus: Floats | None = None
-        self._resow_distance_m = 0.15 * scene.sowing.full_density_m if resow_distance_m is None else resow_distance_m
+        # unstored tiles are cheap to leave and dear to list
+        self._step_m = scene.sowing.full_density_m * (_STEP if scene.sowing.stored_m is None else _COARSE_STEP)
 
-    def follow(self, camera_ws: Floats) -> bool:
-        """Sow the field around the camera if it went too far; returns whether it did."""
-        if self._focus is not None and np.linalg.norm(camera_ws - self._focus) <= self._resow_distance_m:
-            return False
-        if self._simulation:
-            self._simulation.preserve()
+    def follow(self, camera_ws: Floats) -> None:
+        """Make the field around the camera resident, in steps of a grid: it depends on where the camera is alone."""
+        cell = np.floor(camera_ws / self._step_m)
+        if self._focus is not None and np.array_equal(cell[[0, 2]], np.floor(self._focus / self._step_m)[[0, 2]]):
+            return
+        focus = (cell + 0.5) * self._step_m
         if self._sown:
-            self.field.sow(camera_ws, self._resow_distance_m)
-        self._focus = camera_ws.copy()
-        self.visible.forget()
-        return True
+            preserve = self._simulation.preserve if self._simulation else lambda _: None
+            if self.field.sow(focus, self._step_m * np.sqrt(0.5), preserve):
+                self.visible.forget()
+        self._focus = focus
 
     def can_change(self, scene: Scene) -> bool:
         """Return whether shaders and objects are good for another scene's winds and forces."""

@@ -154,6 +154,20 @@ def test_the_first_frame_counts_from_when_building_began(renderer, monkeypatch):
     assert looks[0] < 4 + row["first_frame_s"] < looks[1]
 
 
+def test_a_flight_goes_straight_on(renderer, monkeypatch):
+    scene = small_scene(camera={"position_m": [0.0, 1.7, 4.0], "target_m": [3.0, 0.7, 0.0]})
+    subject, cameras = renderer(scene, size=SIZE), []
+    draw = subject.draw
+    monkeypatch.setattr(
+        subject, "draw", lambda *rest, camera: (cameras.append(camera), draw(*rest, camera=camera))[1]
+    )
+    row = measure(subject, scene.camera, SIZE, Pace("quick", 3, warm_up=1), flight_mps=12.0)
+    flown = np.array([each.position_m for each in cameras[-3:]]) - scene.camera.position_m
+    assert np.allclose(flown, np.outer([0.0, 0.2, 0.4], [0.6, 0.0, -0.8]))
+    assert np.allclose([np.subtract(each.target_m, each.position_m) for each in cameras], [3.0, -1.0, -4.0])
+    assert row["wall_ms_median"] <= row["wall_ms_p95"] <= row["wall_ms_p99"] <= row["wall_ms_max"]
+
+
 @pytest.mark.parametrize(("still", "places"), [(True, 1), (False, 4)])
 def test_a_camera_may_stand_where_its_path_begins(renderer, monkeypatch, still, places):
     scene, cameras = small_scene(), []

@@ -24,7 +24,7 @@ _CAMERAS = {
 
 def _tiles(low: np.ndarray, high: np.ndarray) -> Tiles:
     none = np.zeros(len(low), np.int64)
-    return Tiles(low, high, np.ones(len(low)), none, np.zeros((len(low), 8), np.int64), none, none)
+    return Tiles(low, high, np.ones(len(low)), none, np.zeros((len(low), 8), np.int64), none, none, none)
 
 
 @pytest.mark.parametrize("camera", _CAMERAS)

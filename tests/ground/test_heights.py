@@ -79,7 +79,7 @@ def test_height_range_bounds_what_the_raster_does():
     field = HeightField.of(small_scene(ground=NOISE))
     for size in (0.5, 3.0, 10.0):
         corner = _points(200, field.size_m, 1.5)
-        low, high = field.height_range(corner[:, 0], corner[:, 1], size)
+        low, high = field.height_range(*corner.T, np.full(len(corner), size))
         inside = np.linspace(0, size, 41)
         heights = field.height(
             corner[:, 0, None, None] + inside[None, None, :], corner[:, 1, None, None] + inside[None, :, None]

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from blades import points, read_blades, read_poses, read_states, up_of
+from blades import points, poses_of, read_blades, read_poses, read_states, up_of
 from greensward.renderer import Renderer
 from greensward.scene import InputError, Scene
 from oracles import bezier
@@ -290,7 +290,7 @@ def test_blades_that_come_into_simulation_have_not_leapt(renderer):
     moves = []
     for frame in (1, 2, 3):
         drawn.advance(frame / 30, camera=back)
-        poses = read_poses(drawn._world.field.pages[0])
+        poses = poses_of(drawn._world.field)
         near = np.linalg.norm(points(read_blades(drawn._world.field))[0] - [0.0, 2.0, 9.0], axis=1) < 5.0
         assert near.sum() > 300
         # the median: those that blended into analytic motion for the old camera do leap, as the camera did

@@ -233,7 +233,7 @@ def test_same_seed_same_bytes_and_like_objects_are_not_alike(sow):
     assert not roots[0] & roots[1]
 
 
-def test_objects_come_first_and_keep_their_ids_when_the_ground_is_sown_anew(sow):
+def test_objects_come_first_and_stay_where_the_ground_streams(sow):
     scene = small_scene(object=[_thing(), _thing("box")], ground=NOISE)
     field = sow(scene)
 
@@ -241,16 +241,16 @@ def test_objects_come_first_and_keep_their_ids_when_the_ground_is_sown_anew(sow)
         return [(page, page.first_id, page.blades.read()) for page in field.pages if page.object_index is not None]
 
     before = state()
-    ground = [page for page in field.pages if page.object_index is None]
     assert [page.object_index for page in field.pages[: len(before)]] == [0, 1]
-    field.sow((4.0, 0.0, 3.0), 0.2)
-    assert state() == before
-    assert not set(ground) & set(field.pages)
-    ends = np.cumsum([page.count for page in field.pages])
-    assert [page.first_id for page in field.pages] == [1, *(1 + ends[:-1])]
-    assert field.count == ends[-1]
-    assert field.nbytes == sum(page.count * 88 + 4 * max(page.head_count, 1) for page in field.pages) + sum(
-        page.count * 64 for page, *_ in before
+    for x in (4.0, 300.0):
+        field.sow((x, 0.0, 3.0), 0.2)
+        assert state() == before
+        ends = np.cumsum([page.capacity for page in field.pages])
+        assert [page.first_id for page in field.pages] == [1, *(1 + ends[:-1])]
+    ground = [page for page in field.pages if page.object_index is None]
+    assert len(ground) == 1, "after a leap nothing is left of the old ground"
+    assert field.nbytes == sum(page.capacity * 88 + page.heads.size for page in field.pages) + sum(
+        page.capacity * 64 for page, *_ in before
     )
 
 

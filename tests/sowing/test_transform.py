@@ -44,11 +44,11 @@ def _page(field):
 
 
 def _now(page) -> np.ndarray:
-    return np.frombuffer(page.blades.read(), BLADE)
+    return np.frombuffer(page.blades.read(), BLADE)[page.tiles.rows()]
 
 
 def _sown(page) -> np.ndarray:
-    return np.frombuffer(page.sown.read(), BLADE)
+    return np.frombuffer(page.sown.read(), BLADE)[page.tiles.rows()]
 
 
 # Moved ------------------------------------------------------------------------------------------------------
@@ -179,7 +179,7 @@ def test_blades_grow_with_time(sow, time_s):
         name: growing.factor(getattr(Growth(**_GROWTH), name), age) for name in ("height", "width", "stiffness")
     }
     tall = np.maximum(factors["height"], 1e-4 / was["height"])
-    np.testing.assert_allclose(now["height"], was["height"] * tall, rtol=2e-4)
+    np.testing.assert_allclose(now["height"], was["height"] * tall, rtol=3e-4)
     np.testing.assert_allclose(now["width"], was["width"] * factors["width"], rtol=2e-4)
     np.testing.assert_allclose(now["stiffness"], np.clip(was["stiffness"] * factors["stiffness"], 0, 1), rtol=2e-4)
     root, control, tip = points(was)
@@ -205,7 +205,8 @@ def test_seeds_are_nothing_and_yet_numbers(sow):
 
 def test_full_grown_from_the_start_is_as_sown(sow):
     field = sow(small_scene(growth={"age": 1.0}))
-    before = read_blades(field)
+    (page,) = field.pages
+    before = _sown(page)
     field.transform(np.zeros((0, 4, 4)), 0.0)
     now = read_blades(field)
     for name in ("height", "width", "stiffness"):

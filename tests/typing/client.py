@@ -71,7 +71,7 @@ def draw(folder: Path) -> npt.NDArray[np.bool_]:
         frame: gs.Frame = by_name.render(2.5, camera=PATH.at(0.5), aovs=aovs)
         counts: gs.Counts = by_path.render(aovs=("blade_id",)).counts or gs.Counts()
         print(frame.image.shape, counts.drawn, sorted(gs.presets()), gs.__version__)
-    with gs.Renderer(scene, device=gs.Device("cpu"), resow_distance_m=2) as drawn:
+    with gs.Renderer(scene, device=gs.Device("cpu")) as drawn:
         print(drawn.updates_in_place(SCENE), drawn.device.limits.picture_px)
         drawn.update("meadow")
     gs.show(scene, time_s=1).playing = False

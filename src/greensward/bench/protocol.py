@@ -104,6 +104,15 @@ def camera_on_path(camera: Camera, step: int, path: CameraPath | None = None) ->
     )
 
 
+def camera_in_flight(camera: Camera, step: int, speed_mps: float) -> Camera:
+    """The camera of a step of a straight and level flight in the direction in which it looks."""
+    x, y, z = camera.position_m
+    tx, ty, tz = camera.target_m
+    gone = speed_mps * step * STEP_S / (math.hypot(tx - x, tz - z) or 1.0)
+    dx, dz = (tx - x) * gone, (tz - z) * gone
+    return camera.model_copy(update={"position_m": (x + dx, y, z + dz), "target_m": (tx + dx, ty, tz + dz)})
+
+
 def clock(device: Device, timers: PassTimers) -> str:
     """Describe the clock that times the frames."""
     if timers.queried:
@@ -121,18 +130,25 @@ def measure(
     path: CameraPath | None = None,
     still: bool = False,
     began_s: float | None = None,
+    flight_mps: float = 0.0,
 ) -> dict[str, Any]:
     """Measure frames of a subject; returns the columns of a row. Raises `DeviceLostError`.
 
-    With `still` the camera stays where the path begins. `began_s` is the `time.perf_counter()` at which the subject,
-    which has drawn nothing yet, began to be built.
+    With `still` the camera stays where the path begins; with `flight_mps` it flies straight on instead. `began_s` is
+    the `time.perf_counter()` at which the subject, which has drawn nothing yet, began to be built.
     """
     ctx = subject.device.ctx
+
+    def camera_at(step: int) -> Camera:
+        if flight_mps:
+            return camera_in_flight(camera, step, flight_mps)
+        return camera_on_path(camera, 0 if still else step, path)
+
     with subject.device.use():
         colour, depth = ctx.texture(size, 4), ctx.depth_renderbuffer(size)
         target = ctx.framebuffer([colour], depth)
         try:
-            return _measured(subject, camera, target, at, path, still, began_s)
+            return _measured(subject, target, at, camera_at, began_s)
         finally:
             for part in (target, colour, depth):
                 part.release()
@@ -140,16 +156,14 @@ def measure(
 
 def _measured(
     subject: Subject,
-    camera: Camera,
     target: moderngl.Framebuffer,
     at: Pace,
-    path: CameraPath | None,
-    still: bool,
+    camera_at: Callable[[int], Camera],
     began_s: float | None,
 ) -> dict[str, Any]:
     device = subject.device
     ctx = device.ctx
-    first = camera_on_path(camera, 0, path)
+    first = camera_at(0)
     started, drawn, first_frame_s = time.perf_counter(), 0, None
     while drawn < at.warm_up or time.perf_counter() - started < at.warm_s:
         subject.draw(target, 0.0, camera=first)
@@ -162,7 +176,7 @@ def _measured(
     counts = subject.counts
     nbytes = gpu_bytes(ctx)
     _refuse_lost(ctx)
-    times = _frames(subject, target, at, lambda step: first if still else camera_on_path(camera, step, path))
+    times = _frames(subject, target, at, camera_at)
     _refuse_lost(ctx)
     repeats = min(max(at.frames // 2, 3), 31)
     least_ms = floor_ms(
@@ -229,6 +243,8 @@ def _frames(
         "lasted_s": round(lasted_s, 2),
         **spread(whole),
         "wall_ms_median": round(statistics.median(wall), 4),
+        "wall_ms_p95": round(float(np.percentile(wall, 95)), 4),
+        "wall_ms_p99": round(float(np.percentile(wall, 99)), 4),
         "wall_ms_max": round(max(wall), 4),
         # where the CPU draws, the calls themselves do
         "cpu_ms_median": round(statistics.median(python), 4) if queried else None,

@@ -76,7 +76,7 @@ class InstancedStrips:
                     self._draw.run(
                         moderngl.TRIANGLE_STRIP,
                         VERTICES,
-                        page.count,
+                        page.capacity,
                         Blades=page.blades,
                         clip_from_world=view.clip_from_world,
                         time_s=time_s,

@@ -41,6 +41,10 @@ class Case:
     """Result in the source, quoted."""
     still: bool = False
     """True if the camera stays at the start of its path, so that culling does not change."""
+    flight_mps: float = 0.0
+    """Speed of a straight flight that takes the place of the path; 0 for none."""
+    frames: int | None = None
+    """Number of frames in place of the quick protocol's, on a GPU."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,28 @@ def _blade_count() -> tuple[Case, ...]:
 def _presets() -> tuple[Case, ...]:
     meadow = partial(load, "meadow")
     return Case("meadow, camera still", meadow, still=True), Case("meadow, camera moving", meadow)
+
+
+FLIGHT_FRAMES = 900
+
+
+def _dense() -> Scene:
+    """Perennial ryegrass as dense as a lawn."""
+    return Scene.model_validate({"grass": [{"species": "ryegrass"}], "sowing": {"density_per_m2": 8000}})
+
+
+def _flights() -> tuple[Case, ...]:
+    """Walking, driving and flying pace."""
+    scenes: dict[str, Callable[[], Scene]] = {
+        "meadow": partial(load, "meadow"),
+        "yan2024-strong": partial(load, "yan2024-strong"),
+        "ryegrass": _dense,
+    }
+    return tuple(
+        Case(f"{name}, {speed:g} m/s", build, quick=name != "ryegrass", flight_mps=speed, frames=FLIGHT_FRAMES)
+        for name, build in scenes.items()
+        for speed in (1.4, 8.0, 30.0)
+    )
 
 
 def _responsive() -> tuple[Case, ...]:
@@ -315,6 +341,12 @@ def workloads() -> dict[str, Workload]:
             "Yan, Wu & Wang 2024: every blade with simulation state, in strong wind",
             _responsive(),
             ("visibility-buffer", "bezier-blades"),
+        ),
+        Workload(
+            "flight",
+            "straight flights at three speeds, in which every frame brings new ground; see the slowest frames",
+            _flights(),
+            ("visibility-buffer",),
         ),
         Workload("jahrmann2013-table1", "Jahrmann & Wimmer 2013, Table 1", _table1(), jahrmann),
         Workload("tillman2013-resolution", thesis + "3.1.1: resolutions", _resolution(), tillman),

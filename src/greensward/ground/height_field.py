@@ -79,12 +79,16 @@ class HeightField:
         result: Array = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
         return result
 
-    def height_range(self, x0: Array, z0: Array, size_m: float) -> tuple[Array, Array]:
-        """Bounds of the height over squares with north-west corners (x0, z0): lowest and highest, float64 (n,)."""
-        cell = min(self.cell_m())
-        steps = int(np.clip(np.ceil(size_m / cell), 1, 8)) + 1
-        offset = np.linspace(0.0, size_m, steps)
-        grid = self.height(x0[:, None, None] + offset[None, None, :], z0[:, None, None] + offset[None, :, None])
+    def height_range(self, x0: Array, z0: Array, size_m: Array) -> tuple[Array, Array]:
+        """Bounds of the height over squares: lowest and highest, float64 (n,).
+
+        Squares have north-west corners (x0, z0) and edges of `size_m`, (n,) each.
+        """
+        if self.heights.shape == (2, 2) and self.lowest_m == self.highest_m:
+            return np.full(len(x0), self.lowest_m), np.full(len(x0), self.highest_m)
+        steps = int(np.clip(np.ceil(size_m.max(initial=0.0) / min(self.cell_m())), 1, 8)) + 1
+        offset = np.linspace(0.0, 1.0, steps) * size_m[:, None]
+        grid = self.height((x0[:, None] + offset)[:, None, :], (z0[:, None] + offset)[:, :, None])
         low, high = grid.min(axis=(1, 2)), grid.max(axis=(1, 2))
         # what rises between the probes: the steepest slope seen, over half the distance between them
         slack = np.abs(np.diff(grid, axis=2)).max(axis=(1, 2)) + np.abs(np.diff(grid, axis=1)).max(axis=(1, 2))

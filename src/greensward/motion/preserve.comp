@@ -1,11 +1,11 @@
-// Preserves the states of blades in a hash table by the exact place of their roots, and finds them again after the field has
-// been sown anew: the same blade has the same root to the bit. Open addressing; a claim is the hash, never 0.
+// Preserves the states of blades in a hash table by the exact place of their roots, and finds them again in tiles that replace
+// theirs: the same blade has the same root to the bit. Open addressing; a claim is the hash, never 0.
 #include "shaders/hash.glsl"
 #include "shaders/blade.glsl"
 #include "layout/Entry"
-#include "shaders/dispatch.glsl"
+#include "culling/chunk_items.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 32) in;
 
 layout(std430) readonly buffer Blades { Blade blades[]; };
 layout(std430) buffer Poses { Pose poses[]; };
@@ -13,13 +13,12 @@ layout(std430) buffer States { State states[]; };
 layout(std430) buffer Claims { uint claims[]; };
 layout(std430) buffer Entries { Entry entries[]; };
 
-uniform int blade_count;
 uniform int slots;  // a power of two
 uniform float step_now;
 
 void main() {
-    uint i = workgroupIndex() * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-    if (i >= uint(blade_count)) return;
+    uint i;
+    if (!takeItem(i)) return;
     vec3 root = bladeRoot(blades[i]);
     uint key = hash3(floatBitsToUint(root)).x | 1u;
     uint slot = (key >> 1u) & uint(slots - 1);

@@ -1,5 +1,6 @@
 """Simulation of blades: state that is advanced by fixed steps of time, on the GPU."""
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,14 +12,14 @@ import numpy.typing as npt
 from greensward.culling import ChunkRange, ChunkTable, NeededTiles, VisibleSet
 from greensward.gpu.buffers import full, release_all, zeros
 from greensward.gpu.device import STORAGE_WRITTEN, Device
-from greensward.gpu.kernels import Kernel, Resource, grid
+from greensward.gpu.kernels import Kernel, Resource
 from greensward.gpu.layouts import WORD, struct
 from greensward.motion.colliders import GRID, MOST_INSTANTS, Colliders
 from greensward.motion.poses import motion_defines
 from greensward.motion.stateful import MotionStep, Saved
 from greensward.scene import InputError, Scene
-from greensward.sowing import Field, Page
-from greensward.sowing.blade import POSE
+from greensward.sowing import Field, Page, Tiles
+from greensward.sowing.blade import BLADE, POSE
 
 STATE = struct(
     "State",
@@ -68,10 +69,13 @@ class BladeSimulation:
         self._colliders = colliders
         self._states: dict[Page, moderngl.Buffer] = {}
         self._ranges: list[SimulatedRanges] = []
-        self._simulated: dict[Page, npt.NDArray[np.bool_]] = {}
-        """Tiles of each page that were simulated for the last visible set."""
+        self._simulated: dict[Page, Indices] = {}
+        """Serial numbers of the tiles of each page that were simulated for the last visible set."""
         self._steps: int | None = None
         self._preserved: tuple[moderngl.Buffer, moderngl.Buffer, int] | None = None
+        self._newest_serial = -1
+        """Greatest serial number of a tile when states were preserved last."""
+        self._chunks = ChunkTable(device)
         defines = motion_defines(scene) | GRID | ({} if colliders.count else {"NO_COLLIDERS": 1})
         self._begin, self._near, self._edge = (
             Kernel(device, "motion/simulate.comp", {**defines, **variant}, bindings)
@@ -89,13 +93,14 @@ class BladeSimulation:
     def schedule(self, stored: Sequence[NeededTiles], visible: VisibleSet) -> list[Indices]:
         """Take the tiles within reach; returns how many eighths of each page's tiles are left to analytic motion."""
         within_m, left = self._settings.within_m, []
-        simulated: dict[Page, npt.NDArray[np.bool_]] = {}
+        simulated: dict[Page, Indices] = {}
         self._ranges = []
         for needed in stored:
             page, order, away = needed.page, needed.order, needed.away
             wide = np.linalg.norm(2.0 * page.tiles.half, axis=1)[order]
             inside, blends = away[order] < within_m, away[order] + wide > 0.8 * within_m
-            known = self._simulated.get(page, np.zeros(len(away), np.bool_))[order]
+            serial = page.tiles.serial
+            known = np.isin(serial, self._simulated.get(page, ()))[order]
             near, edge = (
                 (
                     visible.add(page, order, np.where(where & known, 8, 0)),
@@ -104,9 +109,11 @@ class BladeSimulation:
                 for where in (inside & ~blends, inside & blends)
             )
             self._ranges.append(SimulatedRanges(page, near, edge))
-            simulated[page] = away < within_m
+            simulated[page] = serial[away < within_m]
             left.append(np.where(inside, 0, needed.eighths))
         self._simulated = simulated
+        for page in self._states.keys() - simulated.keys():
+            self._states.pop(page).release()
         return left
 
     def advance(self, step: MotionStep) -> None:
@@ -126,7 +133,7 @@ class BladeSimulation:
             begun = (*part.near, *part.edge) if again else (part.near[1], part.edge[1]) if enter else ()
             for blades in begun:
                 self._run(self._begin, part.page, blades, chunks, previous_time_s=previous_time_s)
-        self._restore_preserved(parts, again)
+        self._restore_preserved(again)
         first, rest = _SHOWN_FIRST, max(time_s - target * step_s, 0.0)
         while True:
             count = min(target - self._steps, MOST_INSTANTS - 1 if self._colliders.moving else _MOST_STEPS)
@@ -178,79 +185,126 @@ class BladeSimulation:
 
     def _state(self, page: Page) -> moderngl.Buffer:
         if page not in self._states:
-            self._states[page] = full(self._device, page.count * STATE.dtype.itemsize, np.float32(-1.0))
+            self._states[page] = full(self._device, page.capacity * STATE.dtype.itemsize, np.float32(-1.0))
         return self._states[page]
 
-    # A field that is sown anew -------------------------------------------------------------------------------
+    # Tiles that go and come -----------------------------------------------------------------------------------
 
-    def preserve(self) -> None:
-        """Preserve the states of the ground's pages, which are about to go, by the places of their blades' roots."""
-        held = [page for page in self._field.pages if page in self._states and page.object_index is None]
-        count = sum(page.count for page in held)
+    def preserve(self, going: Sequence[tuple[Page, Tiles]]) -> None:
+        """Preserve the states of tiles that are about to go, by the places of their blades' roots."""
+        held = [
+            (page, tiles.where(np.isin(tiles.serial, self._simulated[page])))
+            for page, tiles in going
+            if page in self._states and page in self._simulated
+        ]
+        count = sum(int(tiles.up_to[:, 7].sum()) for _, tiles in held)
         if not count or self._preserved:
             return
         slots = 1 << int(np.ceil(np.log2(2 * count)))
         claims = zeros(self._device, slots * WORD)
         self._preserved = claims, self._device.ctx.buffer(reserve=slots * _ENTRY.dtype.itemsize), slots
-        for page in held:
-            self._look_up(self._preserve, page)
-            self._states.pop(page).release()
+        self._newest_serial = max(int(page.tiles.serial.max(initial=-1)) for page in self._field.pages)
+        self._look_up(self._preserve, held)
 
-    def _restore_preserved(self, parts: Sequence[SimulatedRanges], forget: bool) -> None:
-        """Give blades that were simulated before their states back, unless all is to be forgotten."""
+    def _restore_preserved(self, forget: bool) -> None:
+        """Give blades of new tiles that were simulated before their states back, unless all is to be forgotten."""
         if self._preserved is None:
             return
-        for part in () if forget else parts:
-            self._look_up(self._restore, part.page)
+        if not forget:
+            pages = [part.page for part in self._ranges if part.page.object_index is None]
+            self._look_up(
+                self._restore,
+                [(page, page.tiles.where(page.tiles.serial > self._newest_serial)) for page in pages],
+            )
         release_all(*self._preserved[:2])
         self._preserved = None
 
-    def _look_up(self, kernel: Kernel, page: Page) -> None:
+    def _look_up(self, kernel: Kernel, parts: Sequence[tuple[Page, Tiles]]) -> None:
         assert self._preserved is not None
         claims, entries, slots = self._preserved
-        kernel.run(
-            grid(-(-page.count // kernel.group[0])),
-            **page.bindings,
-            States=self._state(page),
-            Claims=claims,
-            Entries=entries,
-            blade_count=page.count,
-            slots=slots,
-            step_now=float(self._steps or 0),
-        )
-        self._device.ctx.memory_barrier(STORAGE_WRITTEN)
+        self._chunks.clear()
+        ranges = [(page, self._chunks.add(tiles.start, tiles.up_to[:, 7])) for page, tiles in parts]
+        self._chunks.cut()
+        for page, blades in ranges:
+            if blades.count:
+                kernel.run(
+                    blades.groups,
+                    **page.bindings,
+                    States=self._state(page),
+                    Claims=claims,
+                    Entries=entries,
+                    Chunks=self._chunks.buffer,
+                    first_chunk=blades.first,
+                    chunk_count=blades.count,
+                    slots=slots,
+                    step_now=float(self._steps or 0),
+                )
+                self._device.ctx.memory_barrier(STORAGE_WRITTEN)
 
     # Saved and continued -------------------------------------------------------------------------------------
 
     def saved(self) -> Saved:
-        """Read back everything that the next step depends on, as arrays."""
+        """Read back everything that the next step depends on, as arrays in the field's own order."""
         self._device.ctx.memory_barrier()
-        found: Saved = {"steps": np.array(self._steps or 0, np.int64)}
-        for i, page in enumerate(self._field.pages):
-            found[f"state_{i}"] = np.frombuffer(self._state(page).read(), np.float32).reshape(-1, _STATE_WORDS)
-            found[f"pose_{i}"] = np.frombuffer(page.poses.read(), np.uint32).reshape(-1, _POSE_WORDS)
-            found[f"simulated_{i}"] = self._simulated.get(page, np.zeros(len(page.tiles.start), np.bool_))
-        return found
+        pages, order = self._field.pages, self._field.order()
+        at = _first_rows(pages)[order.page] + order.row
+        simulated = np.concatenate([np.zeros(0, np.int64), *(self._simulated.get(page, ()) for page in pages)])
+        return {
+            "steps": np.array(self._steps or 0, np.int64),
+            "state": _read([self._state(page) for page in pages], _STATE_WORDS, np.float32)[at],
+            "pose": _read([page.poses for page in pages], _POSE_WORDS, np.uint32)[at],
+            "simulated": np.isin(order.serial, simulated),
+            "field": self._digest(),
+        }
+
+    def _digest(self) -> npt.NDArray[np.uint8]:
+        """Digest of where every blade was sown, 32 bytes: that of another field differs."""
+        order, words = self._field.order(), BLADE.dtype.itemsize // WORD
+        pages = self._field.pages
+        blades = _read([page.sown or page.blades for page in pages], words, np.uint32)
+        roots = blades[:, :3][_first_rows(pages)[order.page] + order.row]
+        return np.frombuffer(hashlib.sha256(roots.tobytes()).digest(), np.uint8)
 
     def resume(self, saved: Mapping[str, npt.NDArray[Any]]) -> None:
         """Continue from what `saved` returned; the same field must be sown. Raises `InputError` where it is not."""
-        pages = self._field.pages
-        shapes: dict[str, tuple[int, ...]] = {"steps": ()}
-        for i, page in enumerate(pages):
-            shapes |= {f"state_{i}": (page.count, _STATE_WORDS), f"pose_{i}": (page.count, _POSE_WORDS)}
-            shapes[f"simulated_{i}"] = (len(page.tiles.start),)
-        if any(name not in saved or saved[name].shape != shape for name, shape in shapes.items()):
+        pages, order = self._field.pages, self._field.order()
+        shapes = {
+            "steps": (),
+            "state": (len(order.row), _STATE_WORDS),
+            "pose": (len(order.row), _POSE_WORDS),
+            "simulated": (len(order.serial),),
+        }
+        same = "field" in saved and np.array_equal(saved["field"], self._digest())
+        if not same or any(name not in saved or saved[name].shape != shape for name, shape in shapes.items()):
             raise InputError("the checkpoint was made of another field: use the same scene, seed and camera")
         states = [self._state(page) for page in pages]
         # NVIDIA's driver may write before it has cleared
         self._device.ctx.finish()
-        for i, page in enumerate(pages):
-            states[i].write(np.ascontiguousarray(saved[f"state_{i}"], np.float32))
-            page.poses.write(np.ascontiguousarray(saved[f"pose_{i}"], np.uint32))
-            self._simulated[page] = saved[f"simulated_{i}"].astype(np.bool_)
+        for name, buffers, words, kind in (
+            ("state", states, _STATE_WORDS, np.float32),
+            ("pose", [page.poses for page in pages], _POSE_WORDS, np.uint32),
+        ):
+            for number, buffer in enumerate(buffers):
+                mine = order.page == number
+                rows = np.frombuffer(buffer.read(), kind).reshape(-1, words).copy()
+                rows[order.row[mine]] = saved[name][mine]
+                buffer.write(rows)
+        simulated = order.serial[saved["simulated"].astype(np.bool_)]
+        self._simulated = dict.fromkeys(pages, simulated)
         self._steps = int(saved["steps"])
 
     def release(self) -> None:
         """Free the GPU resources."""
         release_all(*self._states.values(), *(self._preserved or ())[:2])
-        release_all(self._begin, self._near, self._edge, self._preserve, self._restore)
+        release_all(self._begin, self._near, self._edge, self._preserve, self._restore, self._chunks)
+
+
+def _first_rows(pages: Sequence[Page]) -> Indices:
+    """First row of each page where all of them follow each other."""
+    return np.cumsum([0, *(page.capacity for page in pages)], dtype=np.int64)
+
+
+def _read(buffers: Sequence[moderngl.Buffer], words: int, kind: type) -> npt.NDArray[Any]:
+    return np.concatenate(
+        [np.zeros((0, words), kind), *(np.frombuffer(each.read(), kind).reshape(-1, words) for each in buffers)]
+    )

@@ -1,5 +1,7 @@
 """Field of blades on the GPU, in tiles of those that lie near each other."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -16,10 +18,13 @@ from greensward.sowing.objects import grassy_objects, sow_object
 from greensward.sowing.pages import Floats, Page, Tiles, UnstoredPage, starts
 from greensward.sowing.sower import TILE, Sower, Table
 from greensward.sowing.species import SWARD_BLOCK, leaf_edge_m, sward_values
+from greensward.sowing.streaming import Order, StreamedPages, keys_of
 from greensward.sowing.transform import BladeTransform
 
 __all__ = ["Field", "Page", "Tiles"]
 
+_SPLIT = 4.5
+"""A tile is nowhere nearer than this times its edge, or it is split."""
 _FIX = "lower sowing.density_per_m2, sowing.full_density_m or sowing.reach_m"
 
 
@@ -34,7 +39,6 @@ class Field:
         self._scene = scene
         self._ground = ground
         self._on_objects: list[Page] = []
-        self._on_ground: list[Page] = []
         self.unstored: UnstoredPage | None = None
         """Blades of the ground beyond `sowing.stored_m`, if any."""
         self._to_sow = grassy_objects(scene)
@@ -50,41 +54,74 @@ class Field:
         # a technique may keep records of its own for each blade, up to twice as large
         self._page_blades = min(device.limits.storage_block_bytes, 1 << 30) // (2 * BLADE.dtype.itemsize)
         self._sower = Sower(device, "sowing/sow.comp", self._page_blades, self.bindings)
+        self._on_ground = StreamedPages(device, self._sower, scene.growth is not None)
+        self._unstored_keys: list[npt.NDArray[np.int64]] = []
         self._transform = BladeTransform(device, scene) if scene.growth or self._to_sow else None
 
     @property
     def pages(self) -> list[Page]:
         """Pages of objects, which stay, and then those of the ground."""
-        return self._on_objects + self._on_ground
+        return self._on_objects + self._on_ground.pages
 
     @property
     def count(self) -> int:
         """Number of blades that are stored."""
         return sum(page.count for page in self.pages)
 
-    def sow(self, focus_ws: npt.ArrayLike, slack_m: float) -> None:
-        """Sow the ground anew around a focus, good for cameras up to `slack_m` from it; objects the first time only.
+    def sow(
+        self,
+        focus_ws: npt.ArrayLike,
+        slack_m: float,
+        before: Callable[[Sequence[tuple[Page, Tiles]]], None] = lambda _: None,
+    ) -> bool:
+        """Make the tiles around a focus resident, good for cameras up to `slack_m` from it; those that are stay.
 
-        Raises `InputError` where the device's memory cannot hold the blades.
+        Objects are sown the first time only. `before` is called with the tiles that are about to go, by page. Returns
+        whether anything changed. Raises `InputError` where the device's memory cannot hold the blades.
         """
         focus = np.asarray(focus_ws, np.float64)
-        self._forget()
         tiles, away = self._tiles(focus, slack_m)
         stored_m = self._scene.sowing.stored_m
         stored = np.full(len(tiles), True) if stored_m is None else away < stored_m
         unstored = tiles[~stored]
         tiles = tiles[stored]
-        self._refuse_too_many(int(tiles["candidates"].sum()))
-        self._sow_objects()
-        if len(tiles):
-            *boxes, coverage = self._bounds(tiles)
-            uniforms, first_id = {"focus": (*focus, slack_m)}, self.count + 1
-            growing = self._scene.growth is not None
-            self._on_ground = self._sower.sow(
-                tiles, (boxes[0], boxes[1]), coverage, uniforms, first_id, transformed=growing
-            )
-        if len(unstored):
-            self.unstored = self._left_to_shaders(unstored)
+        tiles = tiles[np.argsort(keys_of(tiles), kind="stable")]
+        new, stays = self._on_ground.missing(tiles)
+        changed = bool(new.any() or not stays.all() or self._to_sow)
+        if changed:
+            missing = tiles[new]
+            candidates = int(missing["candidates"].sum())
+            if self._to_sow or candidates > self._on_ground.free:
+                self._refuse_too_many(candidates)
+            before(self._on_ground.dropped(stays))
+            self._sow_objects()
+            self._on_ground.replace(missing, stays, self._bounds(missing), self._next_id, self._refuse_ids)
+            if self._transform:
+                self._transform.forget_ground()
+        return self._leave_to_shaders(unstored) or changed
+
+    def order(self) -> Order:
+        """Order the blades: those of objects as they lie, then those of the ground by their tiles' places."""
+        objects, ground = self._on_objects, self._on_ground.order()
+        return Order(
+            np.concatenate([*(np.full(page.count, i) for i, page in enumerate(objects)), ground.page + len(objects)]),
+            np.concatenate([*(np.arange(page.count) for page in objects), ground.row]),
+            np.concatenate([*(page.tiles.serial for page in objects), ground.serial]),
+        )
+
+    def _next_id(self) -> int:
+        """First id that no page has; 1 is the first of all."""
+        return 1 + sum(page.capacity for page in self.pages)
+
+    def _leave_to_shaders(self, tiles: Table) -> bool:
+        keys = [keys_of(tiles), tiles["candidates"].astype(np.int64)]
+        if self._unstored_keys and all(map(np.array_equal, keys, self._unstored_keys)):
+            return False
+        changed, self._unstored_keys = bool(len(tiles)) or self.unstored is not None, keys
+        if self.unstored:
+            self.unstored.release()
+        self.unstored = self._left_to_shaders(tiles) if len(tiles) else None
+        return changed
 
     def _left_to_shaders(self, tiles: Table) -> UnstoredPage:
         low, high, coverage = self._bounds(tiles)
@@ -94,9 +131,9 @@ class Field:
         lying = np.column_stack([tiles["x"], tiles["z"], tiles["level"]])
         page = UnstoredPage(
             self._device,
-            Tiles(low, high, coverage, starts(-(-candidates // 32) * 32), up_to, none, none),
+            Tiles(low, high, coverage, starts(-(-candidates // 32) * 32), up_to, none, none, none),
             lying,
-            self.count + 1,
+            self._next_id(),
         )
         self._refuse_ids(page.count)
         return page
@@ -106,8 +143,10 @@ class Field:
             return
         sower = Sower(self._device, "sowing/sow_object.comp", self._page_blades, self.bindings)
         while self._to_sow:
-            grassy, first_id = self._to_sow.pop(0), self.count + 1
-            self._on_objects += sow_object(self._device, sower, grassy, self._page_blades, self.tallest_m, first_id)
+            grassy = self._to_sow.pop(0)
+            self._on_objects += sow_object(
+                self._device, sower, grassy, self._page_blades, self.tallest_m, self._next_id()
+            )
         sower.release()
 
     def change_colours(self, scene: Scene) -> None:
@@ -138,31 +177,34 @@ class Field:
         corner = np.floor((focus[[0, 2]] - reach) / size)
         xz = np.stack(np.meshgrid(*(corner[i] + np.arange(2) for i in (0, 1)), indexing="ij"), -1)
         xz = xz.reshape(-1, 2).astype(np.int64)
-        found, distances = [], []
+        found: list[tuple[npt.NDArray[np.int64], int, Floats, Floats]] = []
+        half = 0.5 * np.array(scene.ground.size_m) if scene.ground.beyond == "bare" else None
+        quarter = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+        middle = focus[[0, 2]]
         while True:
             low = xz * size
-            beside = np.maximum(np.maximum(low - focus[[0, 2]], focus[[0, 2]] - low - size), 0.0)
+            beside = np.maximum(np.maximum(low - middle, middle - low - size), 0.0)
             away = np.maximum(np.hypot(beside[:, 0], beside[:, 1]) - slack_m, 0.0)
             keep = away <= sowing.blades_m
-            if scene.ground.beyond == "bare":
-                half = 0.5 * np.array(scene.ground.size_m)
+            if half is not None:
                 keep &= np.all((low < half) & (low + size > -half), axis=1)
             xz, away = xz[keep], away[keep]
-            coverage = np.minimum(1.0, (sowing.full_density_m / np.maximum(away, 1e-3)) ** 2)
-            split = ((away < 3.0 * size) | (density * size * size * coverage > self._page_blades)) & (level > 0)
-            whole = ~split
-            coverage = coverage[whole]
-            tiles = np.zeros(int(whole.sum()), TILE.dtype)
-            tiles["x"], tiles["z"], tiles["level"] = xz[whole, 0], xz[whole, 1], level
-            tiles["candidates"] = np.minimum(np.ceil(density * size * size * coverage), 0xFFFFFFFF)
-            found.append(tiles)
-            distances.append(away[whole])
+            # in steps, so that a tile stays as it is while the camera moves
+            halvings = np.floor(4.0 * np.log2(np.maximum(away / sowing.full_density_m, 1.0)))
+            candidates = np.ceil(density * size * size * 2.0 ** (-0.5 * halvings))
+            split = ((away < _SPLIT * size) | (candidates > self._page_blades)) & (level > 0)
+            found.append((xz[~split], level, candidates[~split], away[~split]))
             if not split.any():
-                return np.concatenate(found), np.concatenate(distances)
-            quarter = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
+                break
             xz = (2 * xz[split][:, None, :] + quarter).reshape(-1, 2)
             level -= 1
             size *= 0.5
+        places, levels, counts, distances = zip(*found, strict=True)
+        tiles = np.zeros(sum(map(len, counts)), TILE.dtype)
+        tiles["x"], tiles["z"] = np.concatenate(places).T
+        tiles["level"] = np.repeat(levels, [len(each) for each in counts])
+        tiles["candidates"] = np.minimum(np.concatenate(counts), 0xFFFFFFFF)
+        return tiles, np.concatenate(distances)
 
     def _refuse_too_many(self, candidates: int) -> None:
         ground, objects = candidates * self._ground.mean_density, sum(each.blades() for each in self._to_sow)
@@ -180,7 +222,7 @@ class Field:
         self._refuse_ids(blades, fix)
 
     def _refuse_ids(self, blades: float, fix: str = _FIX) -> None:
-        blades += self.count
+        blades += self._next_id() - 1
         if blades > MOST_BLADES:
             raise InputError(
                 f"sowing: must be at most {MOST_BLADES / 1e6:,.0f} million blades "
@@ -192,9 +234,7 @@ class Field:
         size = leaf_edge_m(sowing.density_per_m2) * 2.0 ** tiles["level"]
         x0, z0 = tiles["x"] * size, tiles["z"] * size
         low, high = np.empty((len(tiles), 3)), np.empty((len(tiles), 3))
-        for level in np.unique(tiles["level"]):
-            at = tiles["level"] == level
-            low[at, 1], high[at, 1] = self._ground.heights.height_range(x0[at], z0[at], float(size[at][0]))
+        low[:, 1], high[:, 1] = self._ground.heights.height_range(x0, z0, size)
         # clumps pull roots, and blades lean, across the edge of a tile
         margin = self.tallest_m + 0.5 * sowing.clump_m
         low[:, 0], high[:, 0] = x0 - margin, x0 + size + margin
@@ -208,16 +248,12 @@ class Field:
         """GPU memory of the blades and their poses in bytes."""
         return sum(page.nbytes for page in self.pages) + (self.unstored.nbytes if self.unstored else 0)
 
-    def _forget(self) -> None:
-        release_all(*self._on_ground)
-        self._on_ground = []
+    def release(self) -> None:
+        """Free the GPU memory."""
+        self._on_ground.release()
         if self.unstored:
             self.unstored.release()
         self.unstored = None
-
-    def release(self) -> None:
-        """Free the GPU memory."""
-        self._forget()
         release_all(*self._on_objects)
         self._on_objects = []
         self._block.release()

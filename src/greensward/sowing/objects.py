@@ -109,17 +109,15 @@ def sow_object(
         high = np.maximum.reduceat(places.max(axis=1), here["x"]) + margin_m
         pages += sower.sow(
             here,
-            (low, high),
-            np.ones(len(here)),
+            (low, high, np.ones(len(here))),
             {
                 "salt": surface.index | run << 10,
                 "density_per_m2": surface.density_per_m2,
                 "object_density_map": picture,
                 **buffers,
             },
-            pages[-1].first_id + pages[-1].count if pages else first_id,
+            pages[-1].first_id + pages[-1].capacity if pages else first_id,
             surface.index,
-            transformed=True,
         )
         release_all(*buffers.values())
     picture.release()

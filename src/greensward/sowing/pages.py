@@ -1,6 +1,6 @@
 """Blades that share one storage block of the driver, and the tiles they lie in."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -30,6 +30,22 @@ class Tiles:
     up_to: Indices  # (n, 8) blades whose rank is in the first 1/8, 2/8, … of `coverage`
     head_start: Indices
     heads: Indices
+    serial: Indices
+    """Number that no other tile of the field has or had, (n,)."""
+
+    def where(self, which: npt.NDArray[np.bool_] | Indices) -> "Tiles":
+        """Take some of the rows."""
+        return Tiles(*(getattr(self, each.name)[which] for each in fields(self)))
+
+    def followed_by(self, other: "Tiles") -> "Tiles":
+        """Take the rows of both."""
+        names = [each.name for each in fields(self)]
+        return Tiles(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
+
+    def rows(self) -> Indices:
+        """Index within the page of every blade, tile by tile."""
+        lengths = self.up_to[:, 7]
+        return np.repeat(self.start - starts(lengths), lengths) + np.arange(int(lengths.sum()))
 
     @cached_property
     def centre(self) -> Floats:
@@ -55,23 +71,34 @@ class Page:
     """
 
     def __init__(
-        self, device: Device, tiles: Tiles, first_id: int, object_index: int | None = None, transformed: bool = False
+        self,
+        device: Device,
+        capacity: int,
+        head_capacity: int,
+        first_id: int,
+        object_index: int | None = None,
+        transformed: bool = False,
     ) -> None:
-        self.tiles = self.tiles_as_sown = tiles
+        self.capacity = capacity
+        """Number of blades that it has room for, each with an id from `first_id` on."""
         self.first_id = first_id
         self.object_index = object_index
         """Index of the scene's object that the blades grow on; None on the ground."""
         self.previous_from_now: Floats = np.eye(4)
         """Matrix (4, 4): from where a point of the object is to where it was a frame ago."""
-        self.count = int(tiles.up_to[:, 7].sum())
-        self.head_count = int(tiles.heads.sum())
-        blade_bytes = self.count * BLADE.dtype.itemsize
+        blade_bytes = capacity * BLADE.dtype.itemsize
         self.blades = device.ctx.buffer(reserve=blade_bytes)
-        self.poses = zeros(device, self.count * POSE.dtype.itemsize)
-        self.heads = device.ctx.buffer(reserve=max(self.head_count, 1) * WORD)
+        self.poses = zeros(device, capacity * POSE.dtype.itemsize)
+        self.heads = device.ctx.buffer(reserve=max(head_capacity, 1) * WORD)
         self.sown = device.ctx.buffer(reserve=blade_bytes) if transformed else None
         self.bindings: dict[str, Resource] = {"Blades": self.blades, "Poses": self.poses}
         """Buffers that culling/blades.glsl reads."""
+
+    def hold(self, tiles: Tiles) -> None:
+        """Hold these tiles from now on, whose blades are in its buffers."""
+        self.tiles = self.tiles_as_sown = tiles
+        self.count = int(tiles.up_to[:, 7].sum())
+        self.head_count = int(tiles.heads.sum())
 
     @property
     def nbytes(self) -> int:
@@ -100,7 +127,7 @@ class UnstoredPage:
         self.tiles = tiles
         self.first_id = first_id
         words = -(-tiles.up_to[:, 7] // 32)
-        self.count = 32 * int(words.sum())
+        self.count = self.capacity = 32 * int(words.sum())
         rows = np.zeros(len(words), _UNSTORED_TILE.dtype)
         rows["x"], rows["z"], rows["level"], rows["first_candidate"] = *lying.T, tiles.start
         self._tiles = device.ctx.buffer(rows)

@@ -4,11 +4,6 @@
 
 layout(local_size_x = 64) in;
 
-uniform vec4 focus;   // xyz; w: how far the camera may move before the field is sown again
-
-bool grow(Tile tile, uint j, out Blade blade) {
-    Seed seed = seedOf(tile, j);
-    return isNeeded(seed, distance(seed.root, focus.xyz) - focus.w) && sprout(seed, blade);
-}
+bool grow(Tile tile, uint j, out Blade blade) { return sprout(seedOf(tile, j), blade); }
 
 #include "sowing/each.glsl"

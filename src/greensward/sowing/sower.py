@@ -33,7 +33,7 @@ class Sower:
 
     def __init__(self, device: Device, shader: str, page_blades: int, bindings: Mapping[str, Resource]) -> None:
         self._device = device
-        self._page_blades = page_blades
+        self.page_blades = page_blades
         self._marker = Kernel(device, shader, {}, bindings)
         self._prefix_sum = Kernel(device, "sowing/prefix_sum.comp")
         self._placer = Kernel(device, shader, {"PLACE": 1}, bindings)
@@ -41,36 +41,41 @@ class Sower:
     def sow(
         self,
         tiles: Table,
-        boxes: tuple[Floats, Floats],
-        coverage: Floats,
+        bounds: tuple[Floats, Floats, Floats],
         values: dict[str, Any],
         first_id: int,
-        object_index: int | None = None,
-        transformed: bool = False,
+        object_index: int,
     ) -> list[Page]:
-        """Blades of the tiles, on as many pages as they need; `values` are what else the shader names.
+        """Blades of an object's tiles, on as many pages as they need; `values` are what else the shader names.
 
-        `boxes` are the lowest and the highest corner of each tile, (n, 3), and `coverage` is the part of its blades,
-        (n,), that the tile's candidates are.
+        `bounds` are the lowest and the highest corner of each tile, (n, 3), and the part of its blades, (n,), that
+        the tile's candidates are.
         """
-        counts, marks = self._count(tiles, values)
+        counts, marks = self.count(tiles, values)
         grown = np.flatnonzero(counts["up_to"][:, 7])
-        page_of = page_numbers(counts["up_to"][grown, 7].astype(np.int64), self._page_blades)
+        page_of = page_numbers(counts["up_to"][grown, 7].astype(np.int64), self.page_blades)
         pages: list[Page] = []
         for number in range(int(page_of.max(initial=-1)) + 1):
             here = grown[page_of == number]
             counted = counts[here]
             counted["start"], counted["head_start"] = starts(counted["up_to"][:, 7]), starts(counted["heads"])
-            lying = (counted[name].astype(np.int64) for name in ("start", "up_to", "head_start", "heads"))
-            covered = Tiles(boxes[0][here], boxes[1][here], coverage[here], *lying)
-            page = Page(self._device, covered, first_id, object_index, transformed)
-            first_id += page.count
+            start, up_to, head_start, head_count = (
+                counted[name].astype(np.int64) for name in ("start", "up_to", "head_start", "heads")
+            )
+            blades, heads = int(up_to[:, 7].sum()), int(head_count.sum())
+            page = Page(self._device, blades, heads, first_id, object_index, transformed=True)
+            serial = -(first_id + np.arange(len(here)))  # each has a blade at least
+            low, high, coverage = (each[here] for each in bounds)
+            page.hold(Tiles(low, high, coverage, start, up_to, head_start, head_count, serial))
+            first_id += blades
             pages.append(page)
-            self._place(tiles[here], counted, marks, page, values)
+            self.place(tiles[here], counted, marks, page, values)
+            assert page.sown
+            self._device.ctx.copy_buffer(page.blades, page.sown)
         marks.release()
         return pages
 
-    def _count(self, tiles: Table, values: dict[str, Any]) -> tuple[Table, moderngl.Buffer]:
+    def count(self, tiles: Table, values: Mapping[str, Any] = {}) -> tuple[Table, moderngl.Buffer]:
         """Count what grows of each tile, and mark the candidates that do."""
         words = -(-tiles["candidates"].astype(np.int64) // 32)
         counts = np.zeros(len(tiles), _COUNT.dtype)
@@ -90,7 +95,10 @@ class Sower:
         count_buffer.release()
         return counts, marks
 
-    def _place(self, tiles: Table, counts: Table, marks: moderngl.Buffer, page: Page, values: dict[str, Any]) -> None:
+    def place(
+        self, tiles: Table, counts: Table, marks: moderngl.Buffer, page: Page, values: Mapping[str, Any] = {}
+    ) -> None:
+        """Write the blades of counted tiles to where the counts say that they start."""
         tile_buffer, count_buffer = (
             self._device.ctx.buffer(tiles.tobytes()),
             self._device.ctx.buffer(counts.tobytes()),
@@ -104,8 +112,6 @@ class Sower:
             "Heads": page.heads,
         }
         self._run(self._placer, len(tiles), {**values, **buffers})
-        if page.sown is not None:
-            self._device.ctx.copy_buffer(page.blades, page.sown)
         tile_buffer.release()
         count_buffer.release()
 

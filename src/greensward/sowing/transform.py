@@ -48,15 +48,19 @@ class BladeTransform:
         if wrote:
             self._ctx.memory_barrier(STORAGE_WRITTEN)
 
+    def forget_ground(self) -> None:
+        """Bring the ground's pages up to date the next time in any case: some of their tiles are new."""
+        self._state = {page: known for page, known in self._state.items() if page.object_index is not None}
+
     def _write(self, page: Page, matrix: Floats | None, phase: float) -> None:
         assert page.sown is not None
         if self._growth:
             self._block.set(phase=phase)
         self._kernel.run(
-            grid(-(-page.count // self._kernel.group[0])),
+            grid(-(-page.capacity // self._kernel.group[0])),
             Sown=page.sown,
             Blades=page.blades,
-            blade_count=page.count,
+            blade_count=page.capacity,
             moves=matrix is not None,
             placed=np.eye(4) if matrix is None else matrix,
         )

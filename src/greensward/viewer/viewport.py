@@ -15,7 +15,6 @@ from greensward.scene import Camera, GreenswardError, Scene, SceneError
 from greensward.viewer.contexts import Contexts, Slot
 
 Size = tuple[int, int]
-_RESOW_DISTANCE_M = 2.5  # on a CPU, sowing takes as long as a frame: not in every step of a walk
 
 
 @dataclass
@@ -184,7 +183,6 @@ class Viewport:
                 size=job.size,
                 temporal=True,
                 device=device,
-                resow_distance_m=_RESOW_DISTANCE_M if self.software else None,
             )
             size, job.size = job.size, (0, 0)
             job.resize(size)

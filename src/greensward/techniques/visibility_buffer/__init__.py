@@ -268,7 +268,7 @@ class VisibilityBuffer:
     def _show(self, shown: DrawList, view: View) -> None:
         page = shown.page
         kernels = self._kernels[view.purpose, isinstance(page, Page)]
-        resolve, ids = kernels.resolve, {"first_primitive_id": 32 * page.first_id, "blade_count": page.count}
+        resolve, ids = kernels.resolve, {"first_primitive_id": 32 * page.first_id, "blade_count": page.capacity}
         assert resolve
         values = {
             **page.bindings,

@@ -22,7 +22,12 @@ bool writeNearest(uint pixel_index, float inverse_depth, uint primitive_id) {
     if (key > before) atomicMax(inverse_depths[pixel_index], key);
     return true;
 #else
-    if (!writing_ids) return atomicMax(inverse_depths[pixel_index], key) <= key;
+    if (!writing_ids) {
+        uint was = atomicMax(inverse_depths[pixel_index], key);
+        // an id of an earlier fill is of what lies behind this
+        if (was < key) primitive_ids[pixel_index] = 0u;
+        return was <= key;
+    }
     if (key == before) atomicMax(primitive_ids[pixel_index], primitive_id);
     return true;
 #endif
