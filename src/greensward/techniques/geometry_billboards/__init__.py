@@ -74,7 +74,7 @@ class GeometryBillboards:
         scene, settings = self._world.scene, self._settings
         defines = {**distance_defines(scene.culling), **motion_defines(scene)}
         defines["VERTICES"] = 2 * max(settings.segments) + 2
-        flags = {"SHADOW": purpose == "shadow", "TUBE": settings.tube, "GROWTH": scene.growth is not None}
+        flags = {"SHADOW": purpose == "shadow", "TUBE": settings.tube and purpose == "picture", "GROWTH": scene.growth is not None}
         defines |= {name: 1 for name, flag in flags.items() if flag}
         mesh = Mesh(((self._roots, "2f4", "place"), (self._tiles.buffer, *_OF_A_TILE)))
         return Draw(self._device, *_BLADE, defines=defines, bindings=bindings, meshes=[mesh])

@@ -55,7 +55,8 @@ void main() {
     s.previousClip = previousClip.xyzz;
 #ifdef TUBE
     float out_ = tubeOffset(uv.x);
-    s.normal_ws = tubeNormal(across, normalize(toViewer), uv.x);
+    // far ones are shaded as others are: as a wall of blades
+    s.normal_ws = mix(tubeNormal(across, normalize(toViewer), uv.x), octahedralDecode(unpackSnorm2x16(material.w)), 0.8 * place.y);
     s.previousClip += out_ * stoodOut.xyzz;
     gl_FragDepth = gl_FragCoord.z + out_ * nearer.x;
     emitSurface(s, 1.0 / gl_FragCoord.w + out_ * nearer.y);

@@ -60,7 +60,8 @@ float heightLeft(float away) {
 }
 
 float widthAt(Blade b, float pixel, float left) {
-    float least = min_width_px * pixel, natural = b.width / max(view.density, 1e-3);
+    // those that stand for others are as much wider, and a little less, as wide ones lose less to the filter of shadow maps
+    float least = min_width_px * pixel, natural = b.width * pow(max(view.density, 1e-3), -0.93);
 #ifdef SHADOW
     // a texel wide at least, but then fewer, or the shade of thin blades would grow
     if (bladeRandom(b) * least > natural) return 0.0;

@@ -14,15 +14,25 @@ in vec4 material;
 in float cover;
 flat in uint bladeId;
 
+// Seen at a slant, a level is taken that is sharper along the longer side of a pixel's footprint
+vec3 texelAt(vec2 at) {
+    vec3 root = texture(tile_image, at, -1.5).rgb;
+    return root * root;
+}
+
+// The same lines, many times as large: from afar tufts and drifts are told apart, not blades
+float mottled() {
+    vec2 turned = vec2(0.8 * uv.x - 0.6 * uv.y, 0.6 * uv.x + 0.8 * uv.y);
+    return 8.0 * texelAt(turned / 5.3).g * texelAt(uv.yx / 29.0).g * texelAt(turned / 157.0).g;
+}
+
 void main() {
     float away = distance(position_rs + view.origin_ws.xyz, view.camera_ws.xyz);
     // some of the ground shows where grass is thin, and at the end of its reach
     float chance = unit(hash3(uvec3(ivec3(floor(16.0 * uv), bladeId))).x);
     if (chance >= cover * (1.0 - farFade(away)) || away >= sward.blades_m) discard;
-    vec3 texel = texture(tile_image, uv).rgb;
-    texel *= texel;
     Surface s;
-    s.baseColour = tile_painted ? texel : 2.0 * texel * material.rgb;
+    s.baseColour = tile_painted ? texelAt(uv) : 2.0 * texelAt(uv) * mottled() * material.rgb;
     s.transmittance = 0.9 * material.w;
     s.normal_ws = normal_ws;
     s.occlusion = 0.9;

@@ -23,7 +23,7 @@ class BillboardSettings(Model):
 
     roots: Count = Field(100, ge=1, le=1024)
     """Roots in the pattern of a tile. `sowing.density_per_m2` then gives the edge of the tiles."""
-    levels_m: Annotated[Triple[_Distance], AfterValidator(_rising)] = default((6.0, 14.0, 30.0))
+    levels_m: Annotated[Triple[_Distance], AfterValidator(_rising)] = default((5.0, 12.0, 24.0))
     """Distances from the camera at which each level of blades ends, the finest first. From the last on, tiles are flat
     and textured."""
     segments: Triple[_Segments] = default((5, 3, 1))
@@ -50,7 +50,7 @@ class BillboardSettings(Model):
     """Colours of a flat tile. Without it, the sward's own, with lines of other colours."""
     tube: Flag = False
     """Shade blades as round stalks, with the depth of a tube."""
-    lean: Number = Field(1.0, ge=0, le=1)
+    lean: Number = Field(0.5, ge=0, le=1)
     """Part of the lean that the species has in still air; at 0 only wind and forces bend blades."""
-    min_width_px: Number = Field(1.0, ge=0, le=16)
+    min_width_px: Number = Field(1.5, ge=0, le=16)
     """Blades are widened to this, so that they do not break up far away."""
