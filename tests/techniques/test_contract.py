@@ -165,8 +165,8 @@ def test_motion_of_grass_is_the_way_its_blades_went(renderer, technique):
     drawn.render(0.0)
     frame = drawn.render(0.2, aovs=["motion", "class"])
     motion = frame.truth["motion"][frame.truth["class"] == GRASS_CLASS]
-    # a wind from the west moves grass along x, which is to the right here, to and fro; as it bends it sinks, which from
-    # above moves it towards the middle as well
+    # a wind from the west moves grass along x, which is to the right here, to and fro; as it bends it sinks, which
+    # from above moves it towards the middle as well
     assert np.abs(motion[:, 0]).mean() > 3 * np.abs(motion[:, 1]).mean()
     assert np.abs(motion[:, 0]).max() > 0.3
 

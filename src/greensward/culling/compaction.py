@@ -20,7 +20,7 @@ _FAN = 64  # of prefix_sum.comp
 
 
 class Compaction:
-    """Bits of 32 items a word, and the sums of them before each word. Shaders read both by culling/compaction.glsl."""
+    """Marks of items, 32 to a word, and the sums of those before each word; read by culling/survivors.glsl."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
@@ -62,7 +62,7 @@ class Compaction:
 
     @property
     def bindings(self) -> dict[str, Resource]:
-        """Buffers that culling/compaction.glsl reads, of the items that were summed up last."""
+        """Buffers that culling/survivors.glsl reads, of the items that were summed up last."""
         return {"Survivors": self._survivors, "Offsets": self._offsets}
 
     def release(self) -> None:

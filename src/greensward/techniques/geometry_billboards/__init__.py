@@ -56,9 +56,7 @@ class GeometryBillboards:
         self._blades = {purpose: self._blade_draw(bindings, purpose) for purpose in ("picture", "shadow")}
         mesh = Mesh(((self._tiles.buffer, *_OF_A_TILE),))
         self._flat = Draw(device, *_FLAT, defines=distance_defines(scene.culling), bindings=bindings, meshes=[mesh])
-        self._flat.set(
-            tile_m=tile_edge_m(scene, settings), tile_painted=settings.tile_texture is not None
-        )
+        self._flat.set(tile_m=tile_edge_m(scene, settings), tile_painted=settings.tile_texture is not None)
         for draw in self._blades.values():
             draw.set(**self._uniforms(scene), painted=pictures.painted)
         self._parts += [*self._blades.values(), self._flat, self._tiles, pictures]
@@ -74,7 +72,11 @@ class GeometryBillboards:
         scene, settings = self._world.scene, self._settings
         defines = {**distance_defines(scene.culling), **motion_defines(scene)}
         defines["VERTICES"] = 2 * max(settings.segments) + 2
-        flags = {"SHADOW": purpose == "shadow", "TUBE": settings.tube and purpose == "picture", "GROWTH": scene.growth is not None}
+        flags = {
+            "SHADOW": purpose == "shadow",
+            "TUBE": settings.tube and purpose == "picture",
+            "GROWTH": scene.growth is not None,
+        }
         defines |= {name: 1 for name, flag in flags.items() if flag}
         mesh = Mesh(((self._roots, "2f4", "place"), (self._tiles.buffer, *_OF_A_TILE)))
         return Draw(self._device, *_BLADE, defines=defines, bindings=bindings, meshes=[mesh])

@@ -53,7 +53,7 @@ vec2 forceAtTime(Blade b, float time_s) {
 // 1 near, 0 where flat tiles, or nothing, take the blade's place
 float heightLeft(float away) {
 #ifdef ALL_DISTANCES
-    return 1.0;
+    return away < sward.blades_m ? 1.0 : 0.0;
 #else
     return (1.0 - farFade(away)) * (1.0 - clamp((away - fade_m.x) / max(fade_m.y - fade_m.x, 1e-3), 0.0, 1.0));
 #endif

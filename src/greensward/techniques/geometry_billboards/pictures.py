@@ -5,6 +5,8 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from greensward.gpu.buffers import release_all
+from greensward.gpu.kernels import Bindings
 from greensward.io.rasters import decoded, read_rgba
 from greensward.scene import InputError, Scene
 from greensward.techniques.geometry_billboards.settings import BillboardSettings
@@ -35,12 +37,13 @@ class Pictures:
         alpha = ctx.texture(outline.shape[1::-1], 1, outline.tobytes(), alignment=1)
         alpha.filter = moderngl.LINEAR, moderngl.LINEAR
         alpha.repeat_x = alpha.repeat_y = array.repeat_x = array.repeat_y = False
-        self.bindings = {"outline_image": alpha, "colour_images": array, "tile_image": flat}
+        self._textures = alpha, array, flat
+        self.bindings: Bindings = {"outline_image": alpha, "colour_images": array, "tile_image": flat}
+        """Textures by their names in shaders."""
 
     def release(self) -> None:
         """Free the GPU memory."""
-        for texture in self.bindings.values():
-            texture.release()
+        release_all(*self._textures)
 
 
 def _coded(values: Pixels) -> npt.NDArray[np.uint8]:
@@ -117,7 +120,8 @@ def lines(edge: int, seed: int) -> Pixels:
     for place, angle, kind in zip(at, turn, random.choice(len(kinds), count, p=(0.35, 0.3, 0.1, 0.25)), strict=True):
         column, row = ((place + along * (np.cos(angle), np.sin(angle))).astype(int) % edge).T
         picture[row, column] = kinds[kind]
-    return picture / picture.mean(axis=(0, 1))
+    result: Pixels = picture / picture.mean(axis=(0, 1))
+    return result
 
 
 def _colours(scene: Scene, file: str) -> Pixels:

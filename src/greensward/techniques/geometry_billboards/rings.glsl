@@ -83,5 +83,6 @@ uint levelsOf(Cell c) {
     }
     if (c.ring > 0) return away + half_m > reach.y && away - half_m < reach.z ? 8u : 0u;
     if (away - half_m >= levels_m.z) return 0u;
+    away = min(away, 0.9999 * levels_m.z);
     return away < levels_m.x ? 1u : away < levels_m.y ? 2u : 4u;
 }

@@ -24,8 +24,8 @@ class BillboardSettings(Model):
     roots: Count = Field(100, ge=1, le=1024)
     """Roots in the pattern of a tile. `sowing.density_per_m2` then gives the edge of the tiles."""
     levels_m: Annotated[Triple[_Distance], AfterValidator(_rising)] = default((5.0, 12.0, 24.0))
-    """Distances from the camera at which each level of blades ends, the finest first. From the last on, tiles are flat
-    and textured."""
+    """Distances from the camera at which each level of blades ends, the finest first. From the last on, tiles are
+    flat and textured."""
     segments: Triple[_Segments] = default((5, 3, 1))
     """Segments of a blade, by level."""
     blades: Triple[_Percent] = default((100, 95, 85))

@@ -144,9 +144,7 @@ class Tiles:
         mark, groups = self._mark[view.purpose], grid(self._patches)
         mark.run(groups, Masks=self._compaction.masks, **here)
         self._compaction.sum_up(self._words, self.commands, LEVELS)
-        self._place.run(
-            groups, **self._compaction.bindings, Commands=self.commands, Tiles=self.buffer, **here
-        )
+        self._place.run(groups, **self._compaction.bindings, Commands=self.commands, Tiles=self.buffer, **here)
         self._device.ctx.memory_barrier(_WRITTEN)
 
     def drawn(self) -> int:
@@ -169,6 +167,6 @@ def _refuse_too_many(ids: int, nbytes: int, device: Device) -> None:
         )
     if nbytes > limit:
         raise InputError(
-            f"technique.levels_m: must leave at most {limit / 2**20:,.0f} MiB of tiles around the camera on this driver "
-            f"(got {nbytes / 2**20:,.0f} MiB); lower it or sowing.density_per_m2, or raise technique.roots"
+            f"technique.levels_m: must leave at most {limit / 2**20:,.0f} MiB of tiles around the camera on this "
+            f"driver (got {nbytes / 2**20:,.0f} MiB); lower it or sowing.density_per_m2, or raise technique.roots"
         )
