@@ -13,7 +13,7 @@ uniform float tile_m;  // edge of the tiles that bear blades
 
 out vec2 uv;
 out vec3 position_rs;
-out vec3 normal_ws;
+out vec3 up_ws;
 out vec3 previousClip;
 out vec4 material;  // colour, transmittance
 out float cover;    // part of what a ray meets that is grass
@@ -32,9 +32,7 @@ void main() {
     float share = s.density * slopeShare(up.y);
     material = swardColour(place, s);
     cover = 1.0 - exp(-occludingLayers(sward.density_per_m2 * sward.blade_m.x * share * s.height, -dot(away, up) / length(away), view.camera_ws.w * length(away)));
-    // as a wall of blades, each turned to the viewer as much as up
-    vec3 toViewer = -away - up * dot(-away, up);
-    normal_ws = 0.8 * toViewer / max(length(toViewer), 1e-6) + 0.75 * up;
+    up_ws = up;
     bladeId = number + 1u;
     gl_ClipDistance[0] = at.y - view.clip_below_m;
     gl_Position = view.jittered_clip_from_relative * vec4(position_rs, 1.0);

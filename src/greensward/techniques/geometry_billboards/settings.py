@@ -30,7 +30,7 @@ class BillboardSettings(Model):
     """Segments of a blade, by level."""
     blades: Triple[_Percent] = default((100, 95, 85))
     """Blades for every 100 roots, by level."""
-    fade: Number = Field(0.3, ge=0, le=1)
+    fade: Number = Field(0.4, ge=0, le=1)
     """Part of the last level's distance over which blades shrink into the flat tiles; at 0 they end at once."""
     alpha: Number = Field(0.2, ge=0, lt=1)
     """Threshold on a blade's random value below which it takes the first colour texture."""
