@@ -287,7 +287,7 @@ def test_a_level_has_its_blades_and_segments(device, renderer, level, levels_m, 
 
 
 def test_levels_lie_at_their_distances(renderer):
-    drawn = renderer(_scene({"levels_m": [3.0, 5.0, 8.0]}, camera=_HIGH))
+    drawn = renderer(_scene({"levels_m": [3.0, 5.0, 8.0], "fade": 0.3}, camera=_HIGH))
     drawn.render()
     levels, commands = _tiles(drawn)
     assert list(commands["vertices"]) == [100, 95, 85, 4]
