@@ -37,6 +37,7 @@ void main() {
     gl_ClipDistance[0] = at.y - view.clip_below_m;
     gl_Position = view.jittered_clip_from_relative * vec4(position_rs, 1.0);
     previousClip = (view.previous_clip_from_relative * vec4(position_rs, 1.0)).xyw;
+    if (view.low_detail != 0 && textureLod(density_map, mapUv(place), 0.0).g <= 0.0) cover = 0.0;
     // drawn before the ground that it lies on, and what the ground's curve hides of it: as near as its blades would be
     vec3 toEye = normalize(view.eye_rs.xyz - position_rs * view.eye_rs.w);
     vec4 nearer = view.jittered_clip_from_relative * vec4(position_rs + (sward.canopy_m + 0.25 * edge_m) * toEye, 1.0);

@@ -45,7 +45,7 @@ class BillboardSettings(Model):
     alpha_texture: OptionalFileName = default(None)
     """Outline of all blades: the picture's alpha channel, or its brightness where it has none. Without it, a leaf."""
     opacity: Number = Field(1.0, gt=0, le=1)
-    """Where the alpha texture is below this, nothing is drawn."""
+    """Least value of the alpha texture at which a blade is drawn; what lies below is discarded."""
     tile_texture: OptionalFileName = default(None)
     """Colours of a flat tile. Without it, the sward's own, with lines of other colours."""
     tube: Flag = False

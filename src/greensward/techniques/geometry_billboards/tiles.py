@@ -142,6 +142,7 @@ class Tiles:
             corners.append(first * (_SIDE * ring.edge_m) - view.origin_ws[[0, 2]])
         here = {"ring_patches": places, "ring_corner_m": corners}
         mark, groups = self._mark[view.purpose], grid(self._patches)
+        self._device.ctx.memory_barrier(_WRITTEN)  # behind the draws of the list before
         mark.run(groups, Masks=self._compaction.masks, **here)
         self._compaction.sum_up(self._words, self.commands, LEVELS)
         self._place.run(groups, **self._compaction.bindings, Commands=self.commands, Tiles=self.buffer, **here)
