@@ -207,6 +207,20 @@ def test_the_same_tiles_stand_wherever_the_camera_comes_from(renderer):
     assert (seen[0] != seen[1]).mean() > 0.2
 
 
+def test_tiles_are_steady_far_from_the_origin(renderer):
+    covers = []
+    for x in (0.0, 40_000.0):
+        drawn = renderer(
+            _scene({"levels_m": [3.0, 5.0, 8.0]}, ground={"kind": "flat", "size_m": [90_000.0, 90_000.0]})
+        )
+        camera = drawn.scene.camera.model_copy(update={"position_m": (x, 1.3, 4.0), "target_m": (x, 0.3, -3.0)})
+        drawn.render(0.0, camera=camera)
+        frame = drawn.render(0.5, camera=camera, aovs=["class", "motion"])
+        covers.append((frame.truth["class"] == _GRASS).mean())
+        assert np.abs(frame.truth["motion"]).max() < 0.05
+    assert covers[0] == pytest.approx(covers[1], rel=0.05)
+
+
 def test_nothing_grows_beyond_the_reach(renderer):
     for settings in ({"levels_m": [3.0, 5.0, 8.0]}, {}):
         frame = renderer(_scene(settings, camera=_HIGH)).render(aovs=["class", "depth"])

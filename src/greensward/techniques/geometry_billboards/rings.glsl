@@ -10,7 +10,8 @@ const uint PATCH = 64u;    // cells, in two words of bits
 
 uniform ivec4 ring_patches[RINGS];  // first patch of all, patches a side, first column and row in the world, in patches
 uniform vec4 ring_reach[RINGS];     // edge of a cell, from where and to where the ring is needed
-uniform vec2 ring_corner_m[RINGS];  // x and z of the first patch, in relative space
+uniform ivec2 ring_here[RINGS];     // cell with the origin of relative space
+uniform vec2 ring_corner_m[RINGS];  // its x and z there
 uniform vec3 levels_m;
 uniform float tallest_m;
 uniform float widest_m;
@@ -37,7 +38,8 @@ bool cellOf(uint number, uint lane, out Cell c) {
     ivec2 within = 8 * ivec2(index % place.y, index / place.y) + ivec2(lane & 7u, lane >> 3u);
     c.edge_m = ring_reach[c.ring].x;
     c.at = 8 * place.zw + within;
-    c.corner_m = ring_corner_m[c.ring] + vec2(within) * c.edge_m;
+    // counted from there, so that it does not depend on how far the ring reaches
+    c.corner_m = ring_corner_m[c.ring] + vec2(c.at - ring_here[c.ring]) * c.edge_m;
     c.number = number * PATCH + lane;
     return true;
 }

@@ -135,12 +135,14 @@ class Tiles:
         if view is self.view:
             return
         self.view = view
-        places, corners = [], []
+        places, cells, corners = [], [], []
+        origin = view.origin_ws[[0, 2]]
         for start, ring in zip(self._starts, self._rings, strict=False):
             first = ring.first_patch(view.camera_ws)
             places.append((int(start), ring.patches, *first))
-            corners.append(first * (_SIDE * ring.edge_m) - view.origin_ws[[0, 2]])
-        here = {"ring_patches": places, "ring_corner_m": corners}
+            cells.append(np.floor(origin / ring.edge_m).astype(np.int64))
+            corners.append(cells[-1] * ring.edge_m - origin)
+        here = {"ring_patches": places, "ring_here": cells, "ring_corner_m": corners}
         mark, groups = self._mark[view.purpose], grid(self._patches)
         self._device.ctx.memory_barrier(_WRITTEN)  # behind the draws of the list before
         mark.run(groups, Masks=self._compaction.masks, **here)
