@@ -34,7 +34,7 @@ LEVELS = 4
 _WRITTEN = COMMANDS_WRITTEN | moderngl.VERTEX_ATTRIB_ARRAY_BARRIER_BIT
 _SIDE = 8  # cells of a patch
 _PATCH = _SIDE * _SIDE
-_FINENESS = 0.02  # edge of the nearest flat cells, of the distance where they begin
+_FINENESS = 0.02  # edge of a ring's flat cells, as a part of the distance where they begin
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def rings_of(scene: Scene, settings: BillboardSettings) -> list[Ring]:
     begin, to = (1.0 - settings.fade) * last, last
     cell = edge * 2.0 ** max(0, round(math.log2(max(_FINENESS * last, edge) / edge)))
     while to < reach:
-        begin, to = (begin if len(rings) == 1 else to), min(2.0 * max(to, 4.0 * cell), reach)
+        begin, to = (begin if len(rings) == 1 else to), min(max(2.0 * to, cell / _FINENESS), reach)
         rings.append(Ring(cell, begin, to))
         cell *= 2.0
     return rings
