@@ -319,6 +319,10 @@ def one_patch(size: Size, samples: int) -> Picture:
     return draw(gs.load("jahrmann2013-instance"), size, samples, 1.0).image
 
 
+def billboards(size: Size, samples: int) -> Picture:
+    return draw(gs.load("meadow", overrides={"technique.name": "geometry-billboards"}), size, samples, 2.0).image
+
+
 def football(size: Size, samples: int) -> Picture:
     return draw(gs.load("football"), size, samples, 1.0).image
 
@@ -456,6 +460,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "wheat.jpg": (wheat, (1280, 720), 16),
     "boulders.jpg": (boulders, (1280, 720), 16),
     "one-patch.jpg": (one_patch, (1280, 720), 16),
+    "billboards.jpg": (billboards, (960, 540), 16),
     "football.jpg": (football, (1280, 720), 16),
     "instant-grass.jpg": (instant_grass, (1280, 720), 16),
     "far-level.jpg": (far_level, (1120, 315), 16),

@@ -50,7 +50,7 @@ ANEW = {
     "growth": {"growth": gs.Growth(age=0.3)},
     "simulation": {"simulation": gs.Simulation(within_m=4.0, settle_s=0.5)},
     "flowers": {"flowers": (gs.Flowers(density_per_m2=5.0),)},
-    **{each.name: {"technique": gs.TechniqueChoice(name=each.name)} for each in TECHNIQUES[:3]},
+    **{each.name: {"technique": gs.TechniqueChoice(name=each.name)} for each in TECHNIQUES[:4]},
 }
 
 

@@ -20,7 +20,7 @@ def _cover(frame):
 
 
 def test_flowers_appear_with_every_technique(renderer):
-    for technique in ("visibility-buffer", "bezier-blades", "tessellated-quads"):
+    for technique in ("visibility-buffer", "bezier-blades", "tessellated-quads", "geometry-billboards"):
         frame = renderer(_scene(technique={"name": technique})).render(aovs=["class", "blade_id"])
         assert _cover(frame) > 0.005
         assert np.array_equal(frame.truth["blade_id"] > 0, frame.truth["class"] == _FLOWER)

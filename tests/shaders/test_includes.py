@@ -9,7 +9,16 @@ from greensward.gpu.kernels import Draw, Kernel
 
 _ROOT = Path(greensward.renderer.__file__).parent
 _FILES = sorted(path.relative_to(_ROOT).as_posix() for path in _ROOT.rglob("*.glsl"))
-_DEFINES = {"SIDE": 32, "WORDS": 32, "TARGETS": 2, "PATCHES": 1, "FADING": 0.1, "COARSER": 2, "ALONG": "1, 0"}
+_DEFINES = {
+    "RINGS": 2,
+    "SIDE": 32,
+    "WORDS": 32,
+    "TARGETS": 2,
+    "PATCHES": 1,
+    "FADING": 0.1,
+    "COARSER": 2,
+    "ALONG": "1, 0",
+}
 _GENERATED = {
     "culling/width": '#include "techniques/blades/width.glsl"',
     "culling/base_depth": '#include "culling/gbuffer_depth.glsl"',

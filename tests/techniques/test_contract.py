@@ -24,7 +24,9 @@ from reprojection import world_points
 from small_scenes import BREEZE, GRASS, NOISE, small_scene
 
 STORED = {each.name for each in TECHNIQUES if each.needs(each.Settings()).stored}
-"""Those that draw stored blades, which can be looked up; the others have neither them nor heads nor counts."""
+"""Those that draw stored blades, which can be looked up; the others have neither them nor heads."""
+UNCOUNTED = {"billboard-grid"}
+"""Those that have no blades to count."""
 SKY, GROUND, GRASS_CLASS, FLOWER, OBJECT, _ = SurfaceClass
 NAMES = [technique.name for technique in TECHNIQUES]
 pytestmark = pytest.mark.parametrize("technique", NAMES)
@@ -163,8 +165,9 @@ def test_motion_of_grass_is_the_way_its_blades_went(renderer, technique):
     drawn.render(0.0)
     frame = drawn.render(0.2, aovs=["motion", "class"])
     motion = frame.truth["motion"][frame.truth["class"] == GRASS_CLASS]
-    # a wind from the west moves grass along x, which is to the right here, to and fro
-    assert np.abs(motion[:, 0]).mean() > 4 * np.abs(motion[:, 1]).mean()
+    # a wind from the west moves grass along x, which is to the right here, to and fro; as it bends it sinks, which
+    # from above moves it towards the middle as well
+    assert np.abs(motion[:, 0]).mean() > 3 * np.abs(motion[:, 1]).mean()
     assert np.abs(motion[:, 0]).max() > 0.3
 
 
@@ -466,6 +469,8 @@ def _values(field) -> list[object]:
         return [_cut_out()]
     if isinstance(field.default, int | float):
         return [type(field.default)(bound) for bound in _bounds(field) if bound != field.default]
+    if isinstance(field.default, tuple) and field.default:  # of numbers, by level
+        return [[field.default[-1]] * len(field.default)]
     if isinstance(field.default, tuple):
         return [[{"from_m": [-9.0, -9.0], "to_m": [9.0, 9.0], "density": 0.4}]]
     return [choice for choice in get_args(field.annotation) if choice != field.default]
@@ -492,6 +497,9 @@ def test_every_setting_changes_the_picture(renderer, technique):
 
     # narrow billboards, whose texels are smaller than the least spacing
     usually = {"billboard_m": 0.25} if "billboard_m" in fields else {}
+    # and flat tiles within the reach
+    if "levels_m" in fields:
+        usually = {"levels_m": [1.5, 3.0, 5.0]}
 
     def picture(settings) -> bytes:
         drawn = renderer(_scene(technique, {**usually, **settings}, camera=near))
@@ -531,8 +539,11 @@ def test_counts_how_many_it_drew(renderer, technique):
     drawn = renderer(_scene(technique))
     frame = drawn.render(aovs=["class", "blade_id"])
     if technique not in STORED:
-        assert (frame.counts.considered, frame.counts.drawn) == (0, 0)
         assert frame.counts.pixels == _cover(frame)
+        if technique in UNCOUNTED:
+            assert (frame.counts.considered, frame.counts.drawn) == (0, 0)
+        else:
+            assert len(np.unique(frame.truth["blade_id"])) - 1 <= frame.counts.drawn < frame.counts.considered
         return
     assert drawn._technique.drawn(drawn._view) == frame.counts.drawn
     assert len(np.unique(frame.truth["blade_id"])) - 1 <= frame.counts.drawn <= drawn.blades_in_view

@@ -41,7 +41,7 @@ def test_grass_goes_on_where_blades_end(renderer, technique, stage):
     few, blades, both = (drawn.render(aovs=["class", "depth", "blade_id"]) for drawn in (short, long, far))
     assert far.blades == short.blades
     away = _away(far, both.image.shape[:2])
-    beyond, near = (away > 25.0) & (away < 45.0), both.truth["depth"] < 14.0
+    beyond, near = (away > 25.0) & (away < 45.0), both.truth["depth"] < 12.5
     assert (few.truth["class"][beyond] == SurfaceClass.GRASS).mean() < 0.3
     assert (both.truth["class"][beyond] == SurfaceClass.GRASS).mean() > 0.95
     assert both.truth["depth"][beyond].min() > 12.0

@@ -1,7 +1,8 @@
 """Culling, WHICH blades are drawn: tiles against the views, level of detail, then every blade on its own."""
 
-from greensward.culling.blade_culling import DRAW_COMMAND, BladeCulling, distance_defines, test_defines, width_from
+from greensward.culling.blade_culling import BladeCulling, distance_defines, test_defines, width_from
 from greensward.culling.chunks import CHUNK, ChunkRange, ChunkTable
+from greensward.culling.compaction import DRAW_COMMAND, Compaction
 from greensward.culling.depth_pyramid import DepthPyramid
 from greensward.culling.tiles import coverage_needed, distance_to, in_view
 from greensward.culling.visible import DrawList, NeededTiles, VisibleSet
@@ -12,6 +13,7 @@ __all__ = [
     "BladeCulling",
     "ChunkRange",
     "ChunkTable",
+    "Compaction",
     "DepthPyramid",
     "DrawList",
     "NeededTiles",

@@ -7,25 +7,15 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.culling.chunks import CHUNK, ChunkRange, ChunkTable
+from greensward.culling.compaction import DRAW_COMMAND, Compaction
 from greensward.gpu.buffers import at_least, release_all, zeros
-from greensward.gpu.device import COMMANDS_WRITTEN, STORAGE_WRITTEN, Device
+from greensward.gpu.device import Device
 from greensward.gpu.kernels import Kernel, Resource
-from greensward.gpu.layouts import WORD, struct
 from greensward.gpu.view import View
 from greensward.scene import Culling
 from greensward.sowing import Page, UnstoredPage
 
-# the first four are OpenGL's; survivors: blades that are drawn, of which the last instance may have fewer than 32
-DRAW_COMMAND = struct(
-    "DrawCommand",
-    ("vertices", "uint"),
-    ("instances", "uint"),
-    ("first_vertex", "uint"),
-    ("first_instance", "uint"),
-    ("survivors", "uint"),
-)
 _FLAGS = ("orientation", "frustum")
-_FAN = 64  # of prefix_sum.comp
 
 
 def distance_defines(tests: Culling) -> Mapping[str, object]:
@@ -69,8 +59,7 @@ class BladeCulling:
             )
             for purpose in ("picture", "shadow")
         }
-        self._prefix_sum = Kernel(device, "culling/prefix_sum.comp")
-        self._masks, self._survivors, self._offsets = (zeros(device, WORD) for _ in range(3))
+        self._compaction = Compaction(device)
         self.commands: moderngl.Buffer = zeros(device, DRAW_COMMAND.dtype.itemsize)
         """A draw command for each run that was culled, bound as `Commands`; another one when it must grow."""
 
@@ -80,12 +69,7 @@ class BladeCulling:
         self.commands = at_least(
             device, self.commands, runs * DRAW_COMMAND.dtype.itemsize, DRAW_COMMAND.dtype.itemsize
         )
-        self._survivors = at_least(device, self._survivors, chunks * WORD)
-        # a level above has a 64th of the items, and at least one
-        self._offsets = at_least(device, self._offsets, (chunks + chunks // 32 + 8) * WORD)
-        if self._masks.size < chunks * WORD:
-            self._masks = at_least(device, self._masks, chunks * WORD)
-            self._masks.write(bytes(self._masks.size))
+        self._compaction.make_room(chunks)
 
     def cull(
         self, page: Page | UnstoredPage, blades: ChunkRange, chunks: ChunkTable, view: View, command: int
@@ -95,33 +79,16 @@ class BladeCulling:
             blades.groups,
             **page.bindings,
             Chunks=chunks.buffer,
-            Masks=self._masks,
+            Masks=self._compaction.masks,
             first_chunk=blades.first,
             chunk_count=blades.count,
         )
-        start, items = 0, blades.count
-        while True:
-            self._device.ctx.memory_barrier(STORAGE_WRITTEN)
-            blocks = -(-items // _FAN)
-            self._prefix_sum.run_over(
-                blocks,
-                Masks=self._masks,
-                Survivors=self._survivors,
-                Offsets=self._offsets,
-                Commands=self.commands,
-                command=command,
-                items=items,
-                start=start,
-            )
-            if items <= _FAN:
-                break
-            start, items = start + items, blocks
-        self._device.ctx.memory_barrier(COMMANDS_WRITTEN)
+        self._compaction.sum_up(blades.count, self.commands, command)
 
     @property
     def compacted(self) -> dict[str, Resource]:
         """Buffers that culling/compaction.glsl reads, of the run that was culled last."""
-        return {"Survivors": self._survivors, "Offsets": self._offsets}
+        return self._compaction.bindings
 
     def survivors(self) -> npt.NDArray[np.uint32]:
         """Blades that survived, of every command, read back."""
@@ -132,8 +99,7 @@ class BladeCulling:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        release_all(*self._cull.values(), self._prefix_sum)
-        release_all(self._masks, self._survivors, self._offsets, self.commands)
+        release_all(*self._cull.values(), self._compaction, self.commands)
 
 
 assert CHUNK == 32, "a chunk's mask has 32 bits"

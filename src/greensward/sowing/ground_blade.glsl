@@ -44,10 +44,10 @@ Seed seedOf(Tile tile, uint j) {
 // Level of detail: whether any camera this far away may need it
 bool isNeeded(Seed seed, float away) { return seed.rank <= sownCoverage(away) && away <= sward.blades_m; }
 
-bool sprout(Seed seed, out Blade blade) {
+// With the normal of the ground, as smooth or as flat as it is drawn
+bool sproutOn(vec3 normal, Seed seed, out Blade blade) {
     vec2 xz = seed.root.xz;
     Sward s = swardAt(xz);
-    vec3 normal = groundNormal(xz);
     float share = s.density * slopeShare(normal.y);
     if (!sprouts(seed.random, share) || s.height <= 0.0) return false;
 
@@ -66,3 +66,5 @@ bool sprout(Seed seed, out Blade blade) {
     blade = grown(point);
     return true;
 }
+
+bool sprout(Seed seed, out Blade blade) { return sproutOn(groundNormal(seed.root.xz), seed, blade); }

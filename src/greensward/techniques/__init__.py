@@ -10,13 +10,20 @@ from greensward.scene.problems import one_of, sentences
 from greensward.techniques.bezier_blades import BezierBlades
 from greensward.techniques.billboard_grid import BillboardGrid
 from greensward.techniques.billboard_grid.settings import GridSettings
+from greensward.techniques.geometry_billboards import GeometryBillboards
 from greensward.techniques.technique import Needs, Technique
 from greensward.techniques.tessellated_quads import TessellatedQuads
 from greensward.techniques.visibility_buffer import VisibilityBuffer
 from greensward.world import World
 
 AnyTechnique = Technique[Any]
-TECHNIQUES: tuple[type[AnyTechnique], ...] = (BezierBlades, BillboardGrid, TessellatedQuads, VisibilityBuffer)
+TECHNIQUES: tuple[type[AnyTechnique], ...] = (
+    BezierBlades,
+    BillboardGrid,
+    GeometryBillboards,
+    TessellatedQuads,
+    VisibilityBuffer,
+)
 FAR = BillboardGrid
 """Technique that stands for blades beyond `sowing.traced_m`."""
 # there a texel holds several blades, and few are met before they close
