@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pytest
 
 from greensward import renderer as renderers
+from greensward import techniques
 from greensward.gpu import programs
 from greensward.gpu.adapters import open_context
 from greensward.gpu.device import Device
@@ -24,6 +25,7 @@ from greensward.passes.sky import SkyTable
 from greensward.renderer import Renderer
 from greensward.scene import Scene
 from greensward.sowing import Field
+from small_scenes import COARSE_PX
 
 os.environ.setdefault("GREENSWARD_DEVICE", "cpu")
 # `--hypothesis-profile=thorough` tries more
@@ -120,6 +122,12 @@ def sow(device: Device) -> Iterator[Callable[..., Field]]:
     yield make
     for each in made:
         each.release()
+
+
+@pytest.fixture
+def coarse_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What lies beyond `sowing.traced_m` is shown by billboards of few texels."""
+    monkeypatch.setattr(techniques, "_FAR", techniques._FAR.model_copy(update={"texture_px": COARSE_PX}))
 
 
 @pytest.fixture
