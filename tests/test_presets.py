@@ -93,8 +93,12 @@ def test_grass_hangs_under_the_planet(renderer):
     ("technique", "kind", "simulated"),
     [
         *((technique, kind, False) for technique in _TECHNIQUES for kind in _KINDS),
-        # blades of every technique follow the same simulation
-        *((technique, kind, True) for technique in _TECHNIQUES for kind in _KINDS[:: 1 if technique == _USUAL else 7]),
+        # blades of every technique follow the same simulation; the last kind is tried with each
+        *(
+            (technique, kind, True)
+            for technique in _TECHNIQUES
+            for kind in (_KINDS if technique == _USUAL else _KINDS[-1:])
+        ),
     ],
 )
 def test_every_wind_moves_grass_with_every_technique(renderer, still_images, technique, kind, simulated):

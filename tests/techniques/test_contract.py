@@ -551,7 +551,13 @@ def test_without_the_test_of_distance_nothing_thins_out(renderer, technique):
     far = {"position_m": [0.0, 1.3, 4.0], "target_m": [0.0, 0.0, -20.0]}
     grass = [{**GRASS, "head": "daisy", "head_size_m": [0.05, 0.08]}]
     scenes = {
-        flag: _scene(technique, camera=far, grass=grass, sowing={"reach_m": 20.0, "density_per_m2": 30.0}, culling={"distance": flag})
+        flag: _scene(
+            technique,
+            camera=far,
+            grass=grass,
+            sowing={"reach_m": 20.0, "density_per_m2": 30.0},
+            culling={"distance": flag},
+        )
         for flag in (True, False)
     }
     frames = {flag: renderer(scene).render(aovs=["class", "depth"]) for flag, scene in scenes.items()}
