@@ -13,17 +13,22 @@ import numpy.typing as npt
 import pytest
 
 from greensward import renderer as renderers
+from greensward import techniques
 from greensward.gpu import programs
 from greensward.gpu.adapters import open_context
 from greensward.gpu.device import Device
 from greensward.gpu.programs import CACHE_VARIABLE
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
+from greensward.io.meshes import TriMesh
 from greensward.library import as_scene
+from greensward.motion import colliders
+from greensward.objects.packing import packed
 from greensward.passes.sky import SkyTable
 from greensward.renderer import Renderer
 from greensward.scene import Scene
 from greensward.sowing import Field
+from small_scenes import COARSE_PX
 
 os.environ.setdefault("GREENSWARD_DEVICE", "cpu")
 # `--hypothesis-profile=thorough` tries more
@@ -38,6 +43,17 @@ if CACHE_VARIABLE not in os.environ:
     os.environ[CACHE_VARIABLE] = _PROGRAMS.name
 # tests ask for more kinds of programs than a user's session, and for the same ones again
 programs._MOST_IDLE = 2048
+_RUN = os.environ[CACHE_VARIABLE]
+_forget_oldest = programs.Binaries._forget_oldest
+
+
+def _forget_oldest_of_others(binaries: programs.Binaries) -> None:
+    """All that a run compiles is kept for its other processes, and not counted after each; tests have folders too."""
+    if str(binaries._folder.parent) != _RUN:
+        _forget_oldest(binaries)
+
+
+programs.Binaries._forget_oldest = _forget_oldest_of_others  # type: ignore[method-assign]
 _SKIES: dict[object, tuple[bytes, npt.NDArray[np.float64]]] = {}
 _fill_sky = SkyTable.fill
 
@@ -55,6 +71,20 @@ def _filled_sky(sky: SkyTable) -> npt.NDArray[np.float64]:
 
 
 SkyTable.fill = _filled_sky  # type: ignore[method-assign]
+
+
+_PACKED: dict[tuple[bytes, bytes, int], npt.NDArray[np.float64]] = {}
+
+
+def _packed(mesh: TriMesh, most: int = 64) -> npt.NDArray[np.float64]:
+    """Pack a mesh with balls once: the same mesh always gets the same ones."""
+    key = mesh.positions.tobytes(), mesh.triangles.tobytes(), most
+    if key not in _PACKED:
+        _PACKED[key] = packed(mesh, most)
+    return _PACKED[key]
+
+
+colliders.packed = _packed  # type: ignore[attr-defined]
 
 
 @pytest.fixture(scope="session")
@@ -120,6 +150,12 @@ def sow(device: Device) -> Iterator[Callable[..., Field]]:
     yield make
     for each in made:
         each.release()
+
+
+@pytest.fixture
+def coarse_far(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What lies beyond `sowing.traced_m` is shown by billboards of few texels."""
+    monkeypatch.setattr(techniques, "_FAR", techniques._FAR.model_copy(update={"texture_px": COARSE_PX}))
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ class Driver:
     def __init__(self, contexts: Contexts, session: Session, size: tuple[int, int] = SIZE) -> None:
         self.application = Application(contexts, session)
         self.session, self.viewer, self.ui = session, self.application.viewer, self.application.ui
-        self.viewer.resolution.automatic, self.viewer.resolution.scale = False, 0.2
+        self.viewer.resolution.automatic, self.viewer.resolution.scale = False, 0.12
         self._ctx = contexts.ctx
         self.target: moderngl.Framebuffer | None = None
         self.resize(size)

@@ -55,6 +55,7 @@ def test_what_is_not_there_or_takes_long_is_said():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("coarse_far")
 def test_a_technique_that_cannot_draw_a_case_is_skipped_with_its_reason():
     result = run(wanted("field-scale", techniques=("bezier-blades", STRIPS, "visibility-buffer")))
     assert {row["technique"] for row in result.rows} == {"visibility-buffer"}

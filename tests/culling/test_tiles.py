@@ -78,12 +78,12 @@ def test_the_picture_is_that_of_all_blades(renderer, monkeypatch, camera, ground
         sowing={"clumping": 1.0, "clump_m": 1.5, "drift": 1.0},
     )
     aovs = ("class", "depth", "blade_id")
-    culled = renderer(scene).render(1.0, aovs=aovs)
+    culled = renderer(scene, size=(120, 68)).render(1.0, aovs=aovs)
     monkeypatch.setattr(tiles_module, "in_view", lambda tiles, views: np.ones((len(views), len(tiles.low)), bool))
     monkeypatch.setattr(
         "greensward.culling.visible.coverage_needed", lambda tiles, views, *_: np.ones((len(views), len(tiles.low)))
     )
-    every = renderer(scene).render(1.0, aovs=aovs)
+    every = renderer(scene, size=(120, 68)).render(1.0, aovs=aovs)
     assert (culled.truth["class"] == SurfaceClass.GRASS).sum() > 100
     for name in ("class", "depth", "blade_id"):
         assert np.array_equal(culled.truth[name], every.truth[name]), name

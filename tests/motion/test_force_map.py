@@ -320,7 +320,7 @@ def test_pressed_blades_lie_flat(renderer, form, simulated):
     scene = _field(wind=[BREEZE] if form in (None, "natural") else [], simulation=simulation)
     drawn, free = renderer(scene), renderer(scene.model_copy(update={"force": ()}))
     for each in (drawn, free):
-        each.render(1.0)
+        each.advance(1.0)
     blades = read_blades(drawn._world.field)
     x, z = blades["root"][:, 0], blades["root"][:, 2]
     under, away = (np.abs(x) < 0.9) & (np.abs(z) < 0.6), (np.abs(x) > 2.5) & (np.hypot(x, z) < 6.0)

@@ -25,9 +25,10 @@ def _cover(frame) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("turn_deg", [0.0, 33.0])
-@pytest.mark.parametrize("irregularity", [0.0, 0.8])
-@pytest.mark.parametrize("stage", ["fragment", "compute"])
+@pytest.mark.parametrize(
+    ("turn_deg", "irregularity", "stage"),
+    [(0.0, 0.0, "fragment"), (33.0, 0.8, "fragment"), (33.0, 0.0, "compute"), (0.0, 0.8, "compute")],
+)
 def test_a_ray_ends_at_the_first_billboard_that_it_meets(renderer, tmp_path, turn_deg, irregularity, stage):
     """Billboards opaque but for their upper edge: the depth of every pixel is that of the twin."""
     wall = np.full((64, 64, 4), 255, np.uint8)
@@ -87,17 +88,23 @@ def test_billboards_show_the_blades_that_a_slab_holds(device):
 def test_it_shows_as_much_grass_as_blades_and_in_their_colours(renderer):
     """From eye level and from above; where a pixel is wider than blades, too, which are drawn a pixel wide."""
     field = {"drift": 0.0, "density_per_m2": 600.0, "reach_m": 60.0, "full_density_m": 60.0}
+    south_m = 30.0
+    tables = {
+        "sowing": field,
+        "wind": [],
+        # as much as the picture shows within reach; neither light nor shade is in the colours compared
+        "ground": {"kind": "flat", "size_m": [42.0, 62.0], "beyond": "bare"},
+        "shadows": {"enabled": False},
+    }
     of_blades, of_grid = (
-        renderer(
-            Scene.model_validate({"technique": {"name": technique}, "sowing": field, "wind": []}), size=(240, 135)
-        )
+        renderer(Scene.model_validate({"technique": {"name": technique}, **tables}), size=(240, 135))
         for technique in ("visibility-buffer", "billboard-grid")
     )
     for height_m, down_deg in ((0.5, 10.0), (1.7, 15.0), (1.7, 35.0), (8.0, 45.0), (8.0, 85.0)):
         down = np.radians(down_deg)
         camera = Camera(
-            position_m=(0.0, height_m, 0.0),
-            target_m=(0.0, height_m - 5.0 * np.sin(down), -5.0 * np.cos(down)),
+            position_m=(0.0, height_m, south_m),
+            target_m=(0.0, height_m - 5.0 * np.sin(down), south_m - 5.0 * np.cos(down)),
             fov_y_deg=20.0,
         )
         cover, colour = [], []
@@ -106,6 +113,7 @@ def test_it_shows_as_much_grass_as_blades_and_in_their_colours(renderer):
             packed = np.frombuffer(drawn._gbuffer.colour.read(), np.uint8).reshape(135, 240, 4)[::-1] / 255.0
             cover.append(grass.mean())
             colour.append((packed[grass, :3] ** 2).mean(axis=0))
+        print("B", cover, colour[1] / colour[0])
         assert cover[1] == pytest.approx(cover[0], abs=0.06), (height_m, down_deg)
         assert colour[1] == pytest.approx(colour[0], rel=0.08), (height_m, down_deg)
 

@@ -28,6 +28,8 @@ STORED = {each.name for each in TECHNIQUES if each.needs(each.Settings()).stored
 UNCOUNTED = {"billboard-grid"}
 """Those that have no blades to count."""
 SKY, GROUND, GRASS_CLASS, FLOWER, OBJECT, _ = SurfaceClass
+SMALL = 96, 54
+"""Of a picture in which any difference shows."""
 NAMES = [technique.name for technique in TECHNIQUES]
 pytestmark = pytest.mark.parametrize("technique", NAMES)
 
@@ -72,9 +74,9 @@ def test_grass_appears(renderer, technique):
 @pytest.mark.parametrize("samples", [1, 3])
 def test_same_frame_twice_is_identical(renderer, technique, samples):
     scene = _scene(technique, wind=[BREEZE], ground=NOISE, grass=[{**GRASS, "head": "daisy", "head_share": 0.3}])
-    first = renderer(scene, samples=samples)
+    first = renderer(scene, size=SMALL, samples=samples)
     frames = [first.render(2.0, aovs=AOVS), first.render(2.0, aovs=AOVS)]
-    frames.append(renderer(scene, samples=samples).render(2.0, aovs=AOVS))
+    frames.append(renderer(scene, size=SMALL, samples=samples).render(2.0, aovs=AOVS))
     for other in frames[1:]:
         assert other.image.tobytes() == frames[0].image.tobytes()
         for name in frames[0].truth:
@@ -324,7 +326,7 @@ def test_every_resource_is_released(device, renderer, technique):
     )
     before = live_objects(device)
     for stage in ("fragment", "compute"):
-        drawn = renderer(scene, stage=stage, samples=2)
+        drawn = renderer(scene, size=SMALL, stage=stage, samples=2)
         drawn.render(1.0, aovs=AOVS)
         drawn.resize((64, 40))
         drawn.render(1.0, camera=Camera(position_m=(30.0, 1.0, 0.0), target_m=(0.0, 0.0, 0.0)))
@@ -344,6 +346,7 @@ OPTIONS = {
         "force": [{"kind": "tracks", "path": [[0, 0], [1, 0]]}],
         "simulation": {"within_m": 4.0, "settle_s": 0.1},
         "water": {"level_m": -6.0},
+        "sowing": {"density_per_m2": 20.0},
         "post": {"blur": "gaussian"},
     },
     "growth": {"growth": {"age": 0.5}},
@@ -357,6 +360,7 @@ OPTIONS = {
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("coarse_far")
 @pytest.mark.parametrize(
     ("options", "stage"),
     [*((name, "compute") for name in OPTIONS), ("plain", "fragment"), ("all at once", "fragment")],
@@ -389,7 +393,7 @@ def test_drawing_again_and_again_makes_nothing_new(device, renderer, technique):
     cameras = [Camera(position_m=(x, 1.0, 4.0), target_m=(x, 0.0, -3.0)) for x in (0.0, 20.0, 40.0)]
     counts = []
     for _ in range(3):
-        for size in ((160, 90), (100, 60)):
+        for size in (SMALL, (60, 36)):
             drawn.resize(size)
             for time_s, camera in enumerate(cameras):
                 drawn.render(float(time_s), camera=camera)
@@ -487,6 +491,7 @@ def test_every_setting_changes_the_picture(renderer, technique):
     """By itself, with one of the choices that another setting has, or with few steps."""
     eye_m = 0.4 if technique in STORED else 0.9
     near = {"position_m": [0.0, eye_m, 2.0], "target_m": [0.0, 0.2, -3.0]}
+    tables = {"camera": near, "sowing": {"reach_m": 8.0}, "shadows": {"enabled": False}}
     fields = SETTINGS[technique].model_fields
     choices = [
         {name: choice} for name, field in fields.items() if get_args(field.annotation) for choice in _values(field)
@@ -502,7 +507,7 @@ def test_every_setting_changes_the_picture(renderer, technique):
         usually = {"levels_m": [1.5, 3.0, 5.0]}
 
     def picture(settings) -> bytes:
-        drawn = renderer(_scene(technique, {**usually, **settings}, camera=near))
+        drawn = renderer(_scene(technique, {**usually, **settings}, **tables), size=SMALL)
         image = drawn.render().image.tobytes()
         drawn.release()  # the next takes over its programs
         return image
@@ -524,7 +529,7 @@ def test_what_culling_leaves_out_does_not_show(renderer, technique, test):
     frames = []
     for flag in (True, False):
         drawn = renderer(
-            _scene(technique, ground=NOISE, wind=[BREEZE], object=[box], culling={test: flag}), samples=2
+            _scene(technique, ground=NOISE, wind=[BREEZE], object=[box], culling={test: flag}), size=SMALL, samples=2
         )
         frames.append(drawn.render(1.0, aovs=AOVS))
         drawn.release()  # the next takes over its programs
@@ -557,7 +562,13 @@ def test_without_the_test_of_distance_nothing_thins_out(renderer, technique):
     far = {"position_m": [0.0, 1.3, 4.0], "target_m": [0.0, 0.0, -20.0]}
     grass = [{**GRASS, "head": "daisy", "head_size_m": [0.05, 0.08]}]
     scenes = {
-        flag: _scene(technique, camera=far, grass=grass, sowing={"reach_m": 20.0}, culling={"distance": flag})
+        flag: _scene(
+            technique,
+            camera=far,
+            grass=grass,
+            sowing={"reach_m": 20.0, "density_per_m2": 30.0},
+            culling={"distance": flag},
+        )
         for flag in (True, False)
     }
     frames = {flag: renderer(scene).render(aovs=["class", "depth"]) for flag, scene in scenes.items()}

@@ -11,12 +11,16 @@ from small_scenes import BREEZE, GRASS, NOISE, small_scene
 BLADED = [technique.name for technique in TECHNIQUES if technique is not FAR]
 DENSE = {"density_per_m2": 250.0, "full_density_m": 100.0, "reach_m": 60.0}
 TRACED_M = 20.0
-AHEAD = {"position_m": [0.0, 1.6, 0.0], "target_m": [0.0, 0.4, -20.0], "fov_y_deg": 30.0}
+STRIP = {"kind": "flat", "size_m": [34.0, 62.0], "beyond": "bare"}
+"""As much ground as a square picture shows within reach, with the camera at its southern edge."""
+SOUTH_M = 30.0
+SQUARE = 96, 96
+AHEAD = {"position_m": [0.0, 1.6, SOUTH_M], "target_m": [0.0, 0.4, SOUTH_M - 20.0], "fov_y_deg": 30.0}
 
 
 def _scene(technique="visibility-buffer", traced_m=TRACED_M, **tables):
     sowing = {**DENSE, **({} if traced_m is None else {"traced_m": traced_m}), **tables.pop("sowing", {})}
-    base = {"camera": AHEAD, "shadows": {"enabled": False}, "culling": {"occlusion": False}}
+    base = {"ground": STRIP, "camera": AHEAD, "shadows": {"enabled": False}, "culling": {"occlusion": False}}
     return small_scene(technique={"name": technique}, sowing=sowing, **{**base, **tables})
 
 
@@ -32,12 +36,14 @@ def _away(drawn, shape) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("technique", BLADED)
-@pytest.mark.parametrize("stage", ["fragment", "compute"])
+@pytest.mark.usefixtures("coarse_far")
+@pytest.mark.parametrize(
+    ("stage", "technique"), [*(("compute", name) for name in BLADED), ("fragment", "visibility-buffer")]
+)
 def test_grass_goes_on_where_blades_end(renderer, technique, stage):
     ended = _scene(technique, None, sowing={"reach_m": TRACED_M})
     scenes = ended, _scene(technique, None), _scene(technique)
-    short, long, far = (renderer(scene, stage=stage) for scene in scenes)
+    short, long, far = (renderer(scene, size=SQUARE, stage=stage) for scene in scenes)
     few, blades, both = (drawn.render(aovs=["class", "depth", "blade_id"]) for drawn in (short, long, far))
     assert far.blades == short.blades
     away = _away(far, both.image.shape[:2])
@@ -58,9 +64,9 @@ def test_the_seam_is_not_seen(renderer):
     """Cover and colour by distance are those of blades all the way, where blades end and beyond."""
     seen = []
     for traced_m in (None, TRACED_M):
-        drawn = renderer(_scene(traced_m=traced_m), size=(320, 180), samples=4)
+        drawn = renderer(_scene(traced_m=traced_m), size=(180, 180), samples=4)
         frame = drawn.render(aovs=["class"])
-        away = _away(drawn, (180, 320))
+        away = _away(drawn, (180, 180))
         light = (frame.image / 255.0) ** 2.2
         for low, high in ((10.0, 15.0), (15.0, 20.0), (20.0, 28.0), (28.0, 40.0)):
             band = (away >= low) & (away < high)
@@ -74,8 +80,9 @@ def test_the_seam_is_not_seen(renderer):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("coarse_far")
 def test_wind_moves_what_is_traced(renderer):
-    drawn = renderer(_scene(wind=[BREEZE]))
+    drawn = renderer(_scene(wind=[BREEZE]), size=SQUARE)
     before, after = (drawn.render(time, aovs=["motion", "depth"]) for time in (0.0, 0.5))
     far = (after.truth["depth"] > 22.0) & (after.truth["depth"] < 50.0)
     assert (before.image[far] != after.image[far]).mean() > 0.1
@@ -83,31 +90,36 @@ def test_wind_moves_what_is_traced(renderer):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("coarse_far")
 def test_it_stands_on_hills_and_behind_objects(renderer):
     box = {"kind": "box", "position_m": [0.0, 0.0, -24.0], "size_m": [3.0, 3.0, 3.0]}
-    drawn = renderer(_scene(ground=NOISE, object=[box], wind=[BREEZE]))
+    camera = {**AHEAD, "position_m": [0.0, 1.6, 0.0], "target_m": [0.0, 0.4, -20.0]}
+    tables = {"ground": NOISE, "object": [box], "camera": camera}
+    drawn = renderer(_scene(**tables, wind=[BREEZE], sowing={"density_per_m2": 100.0}))
     truth = drawn.render(aovs=["class", "depth"]).truth
     assert (truth["class"] == SurfaceClass.GRASS).mean() > 0.2
-    bare = renderer(_scene(ground=NOISE, object=[box], grass=[])).render(aovs=["class", "depth"]).truth
+    bare = renderer(_scene(**tables, grass=[])).render(aovs=["class", "depth"]).truth
     shown = (truth["class"] == SurfaceClass.OBJECT) & (bare["class"] == SurfaceClass.OBJECT)
     assert shown.sum() > 10
     assert (truth["depth"] <= bare["depth"] * 1.001 + 0.02)[bare["class"] != SurfaceClass.SKY].all()
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("coarse_far")
 @pytest.mark.parametrize("stage", ["fragment", "compute"])
 def test_every_resource_is_released(device, renderer, stage):
     before = live_objects(device)
-    drawn = renderer(_scene(water={"level_m": -1.0}), stage=stage)
+    drawn = renderer(_scene(water={"level_m": -1.0}), size=SQUARE, stage=stage)
     drawn.render()
     drawn.release()
     assert live_objects(device) == before
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("coarse_far")
 def test_fields_without_end(renderer):
     """Blades that are not stored end there as well."""
-    drawn = renderer(_scene(sowing={"stored_m": 5.0}))
+    drawn = renderer(_scene(sowing={"stored_m": 5.0}), size=SQUARE)
     truth = drawn.render(aovs=["class"]).truth
     away = _away(drawn, truth["class"].shape)
     assert (truth["class"][(away > 8.0) & (away < 50.0)] == SurfaceClass.GRASS).mean() > 0.9

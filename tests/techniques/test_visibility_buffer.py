@@ -129,7 +129,7 @@ def test_large_blades_by_rows_show_the_same(renderer, monkeypatch):
     scene, results = _scene(wind=[BREEZE]), []
     for threshold in (-1.0, 60.0, 1e9):
         monkeypatch.setattr(visibility_buffer, "LARGE_PX", threshold)
-        results.append(_ids(renderer, scene, size=(320, 180)))
+        results.append(_ids(renderer, scene, size=(200, 112)))
     for other in results[1:]:
         assert (other["blade_id"] == results[0]["blade_id"]).mean() > 0.9995
 

@@ -10,10 +10,17 @@ import pytest
 import greensward as gs
 from greensward.ground import HeightField
 from greensward.viewer.camera_controller import Intent
-from small_scenes import NOISE, small_scene
+from small_scenes import NOISE
+from small_scenes import small_scene as denser_scene
 
 jupyter_rfb = pytest.importorskip("jupyter_rfb")
 SIZE = (96, 54)
+
+
+def small_scene(**tables):
+    """A scene of which forty frames are drawn in a second."""
+    thin = {"sowing": {"density_per_m2": 20.0, "reach_m": 9.0}, "shadows": {"size_px": 64}}
+    return denser_scene(**{**thin, **tables})
 
 
 @pytest.fixture

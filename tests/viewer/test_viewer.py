@@ -34,7 +34,7 @@ kind = "flat"
 size_m = [60, 60]
 
 [sowing]
-density_per_m2 = 120
+density_per_m2 = 40
 reach_m = 25  # near
 
 [shadows]
@@ -310,7 +310,7 @@ def test_saving_asks_for_a_name_where_there_is_none(drive):
     d.key("s", "left_ctrl")
     assert "seed = 7" in Path("field.toml").read_text()
     assert "# near" in Path("field.toml").read_text()
-    d.viewer.quality = 1 / 64
+    d.viewer.quality, d.viewer.resolution.scale = 1 / 64, 0.05
     d.viewer.open("yan2024-random")
     d.key("s", "left_ctrl")
     d.frames(2)
@@ -375,7 +375,7 @@ def test_a_deleted_file_is_reported_on_leaving_and_can_be_saved_again(drive):
 @pytest.mark.slow
 def test_leaving_by_saving_a_preset_leaves(drive):
     d = drive()
-    d.viewer.quality = 1 / 64
+    d.viewer.quality, d.viewer.resolution.scale = 1 / 64, 0.05
     d.viewer.open("yan2024-random")
     d.session.change(("seed",), 7)
     d.frames(2, c.CloseRequest())
@@ -616,6 +616,7 @@ def test_every_pass_that_is_timed_is_shown(drive, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("coarse_far")
 def test_far_blades_are_timed_and_shown(drive):
     d = drive(SCENE.replace("reach_m = 25  # near", "reach_m = 25\ntraced_m = 15"))
     d.ui.go_to("Frame")
@@ -628,7 +629,7 @@ def test_every_page_and_table_can_be_shown(drive):
     d = drive(
         '[[wind]]\nkind = "blast"\n[[wind]]\nkind = "gusts"\n[water]\nlevel_m = -5\n[simulation]\n[growth]\n'
         '[[object]]\nkind = "sphere"\nposition_m = [0, 0, 0]\n[object.grass]\n[[force]]\nkind = "tracks"\n'
-        "path = [[0, 0], [1, 2]]\n[[flowers]]\n[sowing]\ndensity_per_m2 = 20\nreach_m = 10\n"
+        "path = [[0, 0], [1, 2]]\n[shadows]\nsize_px = 64\n[[flowers]]\n[sowing]\ndensity_per_m2 = 20\nreach_m = 10\n"
     )
     d.ui.go_to("Scene")
     d.frames(2)

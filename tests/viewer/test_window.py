@@ -57,7 +57,7 @@ from greensward.viewer import input as c
 from greensward.viewer.session import Session
 from greensward.viewer.window import Window
 
-scene = gs.Scene(sowing=gs.Sowing(density_per_m2=150, reach_m=30))
+scene = gs.Scene(sowing=gs.Sowing(density_per_m2=40, reach_m=20), shadows=gs.Shadows(size_px=64, cascades=1))
 window = Window("test", (960, 600))
 d = Driver(window.contexts, Session("field", scene), window.size)
 assert window.take() is not None
@@ -122,7 +122,7 @@ def take(self, wait_s=0.0):
     events = taken(self, wait_s)
     return [*events, c.Key("w")] if count == 5 else [*events, c.CloseRequest()] if count == 30 else events
 window.Window.take = take
-window.run(Session("yan2024-random"), (640, 480))
+window.run(Session("yan2024-random"), (320, 240))
 print("left after", count)
 """
 
@@ -150,7 +150,7 @@ def frame(self, *args, **kwargs):
     assert count < 99
     drawn(self, *args, **kwargs)
 application.Application.frame = frame
-main(["view", "yan2024-random", "--size", "640x480"])
+main(["view", "yan2024-random", "--size", "320x240"])
 """
 
 
