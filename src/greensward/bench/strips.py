@@ -64,7 +64,8 @@ class InstancedStrips:
             self._draw_view(framebuffer, view, time_s)
 
     def _draw_view(self, framebuffer: moderngl.Framebuffer, view: View, time_s: float) -> None:
-        self._world.follow(view.camera_ws)
+        if not self._world.field.pages:  # sown once, and so without gaps between blades
+            self._world.follow(view.camera_ws)
         self._last = framebuffer
         self.timers.start_frame()
         with self.timers.measure("grass"):
@@ -76,7 +77,7 @@ class InstancedStrips:
                     self._draw.run(
                         moderngl.TRIANGLE_STRIP,
                         VERTICES,
-                        page.capacity,
+                        page.count,
                         Blades=page.blades,
                         clip_from_world=view.clip_from_world,
                         time_s=time_s,

@@ -79,6 +79,7 @@ class Page:
         object_index: int | None = None,
         transformed: bool = False,
     ) -> None:
+        self.count = self.head_count = 0
         self.capacity = capacity
         """Number of blades that it has room for, each with an id from `first_id` on."""
         self.first_id = first_id

@@ -35,6 +35,8 @@ _ROW = np.dtype(
         ("serial", np.int64),
     ]
 )
+# structured rows are copied field by field, five times as slowly as what they are bytes of
+_BYTES = np.dtype((np.void, _ROW.itemsize))
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ class StreamedPages:
 
     def order(self) -> Order:
         """Order the blades by the places of their tiles."""
-        grown = self._resident[self._resident["page"] >= 0]
+        grown = _some(self._resident, self._resident["page"] >= 0)
         tiles = _tiles(grown)
         return Order(np.repeat(grown["page"], tiles.up_to[:, 7]), tiles.rows(), tiles.serial)
 
@@ -127,8 +129,8 @@ class StreamedPages:
 
     def dropped(self, stays: Mask) -> list[tuple[Page, Tiles]]:
         """Resident tiles that do not stay, by page."""
-        gone = self._resident[~stays]
-        return [(page, _tiles(gone[gone["page"] == number])) for number, page in enumerate(self.pages)]
+        gone = _some(self._resident, ~stays)
+        return [(page, _tiles(_some(gone, gone["page"] == number))) for number, page in enumerate(self.pages)]
 
     def replace(
         self,
@@ -143,22 +145,22 @@ class StreamedPages:
         `next_id` is the first id of a further page; `check` refuses more blades than there are ids for.
         """
         if stays.any():
-            self._give_back(self._resident[~stays])
+            self._give_back(_some(self._resident, ~stays))
         else:
             self.release()
         try:
-            rows = np.concatenate(
-                [self._resident[stays[: len(self._resident)]], self._sow(tiles, bounds, next_id, check)]
-            )
+            new = self._sow(tiles, bounds, next_id, check)
+            stay = _some(self._resident, stays[: len(self._resident)])
+            rows = np.concatenate([stay.view(_BYTES), new.view(_BYTES)]).view(_ROW)
         except BaseException:
             self.release()
             raise
-        self._resident = rows[np.argsort(rows["key"])]
+        self._resident = _some(rows, np.argsort(rows["key"]))
         for number, page in enumerate(self.pages):
-            page.hold(_tiles(self._resident[self._resident["page"] == number]))
+            page.hold(_tiles(_some(self._resident, self._resident["page"] == number)))
 
     def _give_back(self, gone: Table) -> None:
-        grown = gone[gone["page"] >= 0]
+        grown = _some(gone, gone["page"] >= 0)
         # few: what a step of the camera leaves behind
         for page, start, blades, head_start, heads in zip(
             *(grown[name].tolist() for name in ("page", "start")),
@@ -179,13 +181,17 @@ class StreamedPages:
         rows["up_to"], rows["heads"] = counts["up_to"], counts["heads"]
         rows["serial"] = self._serial + np.arange(len(tiles))
         self._serial += len(tiles)
+        first = not self.pages
         left = self._place(rows, np.flatnonzero(rows["up_to"][:, 7]))
         if len(left):
             blades = rows["up_to"][left, 7]
             check(int(blades.sum()))
+            total = _blades_and_heads(rows) + _blades_and_heads(self._resident)
             for number in np.split(left, np.flatnonzero(np.diff(page_numbers(blades, self._sower.page_blades))) + 1):
-                self._add_page(rows[number], next_id())
+                self._add_page(_blades_and_heads(rows[number]), total, next_id())
                 self._place(rows, number)
+            if first and self.free < int(_ROOM * total[0]):
+                self._add_page(np.zeros(2, np.int64), total, next_id())
         counts["start"], counts["head_start"] = rows["start"], rows["head_start"]
         for number in np.unique(rows["page"][rows["page"] >= 0]):
             here = rows["page"] == number
@@ -212,13 +218,11 @@ class StreamedPages:
                 left.append(row)
         return np.array(left, np.int64)
 
-    def _add_page(self, rows: Table, first_id: int) -> None:
-        """Make a page for tiles, and with room for those that come later."""
-        needed = int(rows["up_to"][:, 7].sum()), int(rows["heads"].sum())
-        resident = int(self._resident["up_to"][:, 7].sum()) if self.pages else needed[0]
-        share = needed[1] / max(needed[0], 1)
-        blades = max(needed[0], min(needed[0] + max(int(_ROOM * resident), _LEAST_ROOM), self._sower.page_blades))
-        heads = max(needed[1], int(1.5 * share * blades)) + _LEAST_ROOM
+    def _add_page(self, needed: Indices, total: Indices, first_id: int) -> None:
+        """Make a page for so many blades and heads, with room for those to come, as a part of the total."""
+        room = np.maximum(_ROOM * total, _LEAST_ROOM).astype(np.int64)
+        blades = max(int(needed[0]), min(int(needed[0] + room[0]), self._sower.page_blades))
+        heads = int(needed[1] + 2 * room[1])
         self.pages.append(Page(self._device, blades, heads, first_id, transformed=self._transformed))
         self._rooms.append((Room(blades), Room(heads)))
 
@@ -226,6 +230,14 @@ class StreamedPages:
         """Free the GPU memory."""
         release_all(*self.pages)
         self.pages, self._rooms, self._resident = [], [], np.zeros(0, _ROW)
+
+
+def _blades_and_heads(rows: Table) -> Indices:
+    return np.array([rows["up_to"][:, 7].sum(), rows["heads"].sum()])
+
+
+def _some(rows: Table, which: Mask | Indices) -> Table:
+    return rows.view(_BYTES)[which].view(_ROW)
 
 
 def _tiles(rows: Table) -> Tiles:

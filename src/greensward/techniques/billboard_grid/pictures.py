@@ -141,8 +141,10 @@ def _bed(scene: Scene, edge_m: float, deep_m: float) -> Scene:
 
 
 def _rows(page: Page) -> Rows:
-    """The blades of a page as they lie on the GPU: (n, 16)."""
-    return np.frombuffer(page.blades.read(), np.float32).reshape(-1, BLADE.dtype.itemsize // 4)
+    """The blades of a page that was just sown, as they lie on the GPU from its beginning: (n, 16)."""
+    return np.frombuffer(page.blades.read(page.count * BLADE.dtype.itemsize), np.float32).reshape(
+        -1, BLADE.dtype.itemsize // 4
+    )
 
 
 def _points(rows: Rows) -> npt.NDArray[np.float32]:
