@@ -1,5 +1,5 @@
 """Kinds of ground: `Scene(ground=grounds.NoiseGround())`."""
 
-from greensward.scene.ground import FlatGround, HeightMapGround, NoGround, NoiseGround
+from greensward.scene.ground import EndlessGround, FlatGround, HeightMapGround, NoGround, NoiseGround
 
-__all__ = ["FlatGround", "HeightMapGround", "NoGround", "NoiseGround"]
+__all__ = ["EndlessGround", "FlatGround", "HeightMapGround", "NoGround", "NoiseGround"]

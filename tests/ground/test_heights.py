@@ -1,5 +1,7 @@
 """The height raster, alike in Python and GLSL, on the edge and mirrored beyond it."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.interpolate import RegularGridInterpolator
@@ -113,3 +115,66 @@ def test_mean_density_is_that_of_the_map(device, tmp_path):
     ground = GroundGpu(device, scene, HeightField.of(scene))
     assert ground.mean_density == pytest.approx(0.25)
     ground.release()
+
+
+ENDLESS = {"kind": "endless", "size_m": [60.0, 40.0], "samples": 97, "height_m": 6.0, "wavelength_m": 17.0}
+
+
+def _both(device, scene, p):
+    field = HeightField.of(scene)
+    ground = GroundGpu(device, scene, field)
+    got = shader_call(device, "ground/ground.glsl", "groundHeight(p)", {"p": p}, "float", bindings=ground.bindings)
+    ground.release()
+    return field, got
+
+
+@pytest.mark.parametrize("ground", [ENDLESS, {**NOISE, "beyond": "repeat"}], ids=["endless", "noise"])
+def test_repeated_land_is_the_same_again_and_has_no_seam(device, ground):
+    scene = small_scene(ground=ground)
+    p = _points(400, (60.0, 40.0), 0.5).astype(np.float32)
+    field, got = _both(device, scene, p)
+    x, z = p.astype(np.float64).T
+    size_x, size_z = field.size_m
+    heights = field.height(x, z)
+    assert np.abs(got - heights).max() < 1e-3
+    for k in (-3, 1, 20):
+        assert np.allclose(field.height(x + k * size_x, z - k * size_z), heights, atol=1e-9)
+    # as steep across the edge as within
+    along = np.linspace(-0.5, 0.5, 400)
+    steps = np.abs(np.diff(field.height(along * size_x * 0.9, 3.0))).max()
+    across = np.abs(np.diff(field.height(0.5 * size_x + along * size_x * 0.9, 3.0))).max()
+    assert across < 2.0 * steps
+    assert 0.5 * field.heights.max() > 0.2, "it is not flat"
+
+
+def test_noise_that_repeats_varies_as_much_as_noise_that_does_not():
+    plain, repeated = (
+        HeightField.of(small_scene(ground={**NOISE, "size_m": [400.0, 400.0], "samples": 257, "beyond": beyond}))
+        for beyond in ("mirror", "repeat")
+    )
+    assert repeated.heights.std() == pytest.approx(plain.heights.std(), rel=0.15)
+
+
+def test_a_height_map_repeats_by_its_own_number_of_samples(tmp_path, device):
+    """A seamless map's last column is one before its first, not the same."""
+    wave = 2.0 + np.sin(2 * np.pi * np.arange(32) / 32)
+    np.save(tmp_path / "h.npy", np.add.outer(wave, wave).astype(np.float32))
+    scene = small_scene(ground={"kind": "heightmap", "file": "h.npy", "size_m": [32.0, 32.0], "beyond": "repeat"})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        p = np.random.default_rng(3).uniform(-80, 80, (300, 2)).astype(np.float32)
+        field, got = _both(device, scene.in_folder(tmp_path), p)
+    expected = 4.0 + np.sin(2 * np.pi * (p + 16.0) / 32).sum(axis=1)
+    assert np.abs(field.height(*p.T.astype(np.float64)) - expected).max() < 0.02
+    assert np.abs(got - expected).max() < 0.02
+
+
+def test_a_seam_is_told_in_metres(tmp_path):
+    np.save(tmp_path / "h.npy", np.tile(np.linspace(0.0, 9.0, 64, dtype=np.float32), (64, 1)))
+    scene = small_scene(ground={"kind": "heightmap", "file": "h.npy", "beyond": "repeat"}).in_folder(tmp_path)
+    with pytest.warns(UserWarning, match=r"^ground: the height map has a seam of 9\.00 m .* west and east") as told:
+        HeightField.of(scene)
+    assert len(told) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        HeightField.of(scene.model_copy(update={"ground": scene.ground.model_copy(update={"beyond": "mirror"})}))

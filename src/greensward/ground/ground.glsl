@@ -3,12 +3,17 @@
 
 uniform sampler2D ground_heights;
 
-float mirrored(float at, float last) { return last - abs(last - mod(at, 2.0 * last)); }
+const int REPEAT = 2;
+
+// Beyond the edge the ground goes on mirrored, or repeated.
+float folded(float at, float last) {
+    return ground.beyond == REPEAT ? mod(at, last) : last - abs(last - mod(at, 2.0 * last));
+}
 
 float groundHeight(vec2 xz) {
     vec2 last = ground.samples - 1.0;
     vec2 at = (xz + 0.5 * ground.size_m) * ground.samples_per_m;
-    at = vec2(mirrored(at.x, last.x), mirrored(at.y, last.y));
+    at = vec2(folded(at.x, last.x), folded(at.y, last.y));
     vec2 corner = min(floor(at), last - 1.0);
     vec2 f = at - corner;
     ivec2 c = ivec2(corner);
@@ -24,8 +29,8 @@ vec3 groundNormal(vec2 xz) {
     return normalize(vec3(-dx * 0.5 * ground.samples_per_m.x, 1.0, -dz * 0.5 * ground.samples_per_m.y));
 }
 
-// Maps cover the ground exactly; beyond its edge they go on mirrored, like the heights.
+// Maps cover the ground exactly; beyond its edge they go on like the heights.
 vec2 mapUv(vec2 xz) {
     vec2 uv = xz / ground.size_m + 0.5;
-    return vec2(mirrored(uv.x, 1.0), mirrored(uv.y, 1.0));
+    return vec2(folded(uv.x, 1.0), folded(uv.y, 1.0));
 }

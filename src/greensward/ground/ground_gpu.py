@@ -60,8 +60,8 @@ class GroundGpu:
         ):
             pixels = read_rgba(scene.resolve(file)) if file else default
             texture = _texture(device, pixels, srgb)
-            # the soil repeats; a map must not leak in from its opposite edge
-            texture.repeat_x = texture.repeat_y = default is soil
+            # the soil repeats; a map must not leak in from its opposite edge, unless it lies beside itself there
+            texture.repeat_x = texture.repeat_y = default is soil or ground.beyond == "repeat"
             self.bindings[name] = texture
             if file and name == "density_map":
                 self.mean_density = float(pixels[..., 0].mean() / 255.0)
@@ -72,7 +72,7 @@ class GroundGpu:
             samples=(columns, rows),
             samples_per_m=(1.0 / heights.cell_m()[0], 1.0 / heights.cell_m()[1]),
             soil_per_m=1.0 / ground.texture_m,
-            beyond=("mirror", "bare").index(ground.beyond),
+            beyond=("mirror", "bare", "repeat").index(ground.beyond),
             soil_mean=(*mean, 0.0),
             tiles=len(ground.tile),
         )

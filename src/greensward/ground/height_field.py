@@ -1,5 +1,6 @@
 """Heights of the ground as a raster, the same for every kind: bilinear height and normal."""
 
+import warnings
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -8,7 +9,7 @@ import numpy.typing as npt
 
 from greensward.ground.noise import octaves
 from greensward.io.rasters import read_heights
-from greensward.scene import HeightMapGround, NoGround, NoiseGround, Scene
+from greensward.scene import EndlessGround, HeightMapGround, NoGround, NoiseGround, Scene
 
 Array = npt.NDArray[np.float64]
 
@@ -17,27 +18,36 @@ Array = npt.NDArray[np.float64]
 class HeightField:
     """Heights in metres, float32 (rows, columns); row 0 lies at the north edge, −size_z / 2.
 
-    The raster's corner samples lie on the corners of the ground. Beyond its edge the ground goes on mirrored.
+    The raster's corner samples lie on the corners of the ground. Beyond its edge the ground goes on mirrored, or
+    repeated, and then the last row and column are the first again.
     """
 
     heights: npt.NDArray[np.float32]
     size_m: tuple[float, float]
     exists: bool = True
     """False where there is no ground: heights count from 0, and nothing is hidden."""
+    repeats: bool = False
+    """Copies lie side by side beyond the edge, in place of mirrored ones."""
 
     @classmethod
     def of(cls, scene: Scene) -> "HeightField":
         """Read or compute the heights of a scene's ground."""
         ground = scene.ground
+        repeats = ground.beyond == "repeat"
         if isinstance(ground, HeightMapGround):
             heights = read_heights(
                 scene.resolve(ground.file), ground.key, ground.height_m, ground.height_scale, ground.no_data
             )
-        elif isinstance(ground, NoiseGround):
-            heights = _noise(ground, scene.seed)
+        elif isinstance(ground, EndlessGround) and ground.file:
+            heights = read_heights(scene.resolve(ground.file), None, (0.0, ground.height_m), 1.0, None)
+        elif isinstance(ground, NoiseGround | EndlessGround):
+            return cls(_noise(ground, scene.seed), ground.size_m, True, repeats)
         else:
-            heights = np.zeros((2, 2), np.float32)
-        return cls(heights, ground.size_m, not isinstance(ground, NoGround))
+            return cls(np.zeros((2, 2), np.float32), ground.size_m, not isinstance(ground, NoGround), repeats)
+        if repeats:
+            _warn_of_seam(heights)
+            heights = np.pad(heights, ((0, 1), (0, 1)), mode="wrap")
+        return cls(heights, ground.size_m, True, repeats)
 
     @cached_property
     def lowest_m(self) -> float:
@@ -58,8 +68,9 @@ class HeightField:
         """Height in metres at the points (x, z), bilinear between samples; float64 of the broadcast shape."""
         rows, columns = self.heights.shape
         cell_x, cell_z = self.cell_m()
-        column = _mirror((np.asarray(x, np.float64) + 0.5 * self.size_m[0]) / cell_x, columns - 1)
-        row = _mirror((np.asarray(z, np.float64) + 0.5 * self.size_m[1]) / cell_z, rows - 1)
+        fold = np.mod if self.repeats else _mirror
+        column = fold((np.asarray(x, np.float64) + 0.5 * self.size_m[0]) / cell_x, columns - 1)
+        row = fold((np.asarray(z, np.float64) + 0.5 * self.size_m[1]) / cell_z, rows - 1)
         j = np.minimum(column.astype(np.int64), columns - 2)
         i = np.minimum(row.astype(np.int64), rows - 2)
         u, v = column - j, row - i
@@ -101,15 +112,51 @@ def _mirror(at: Array, last: int) -> Array:
     return folded
 
 
+def _warn_of_seam(heights: npt.NDArray[np.float32]) -> None:
+    """Warn where heights jump from one copy of a map to the next by far more than within it."""
+    for axis, edges in ((0, "north and south"), (1, "west and east")):
+        across = np.abs(np.take(heights, 0, axis) - np.take(heights, -1, axis)).max()
+        inside = np.abs(np.diff(heights, axis=axis)).max(initial=0.0)
+        if across > 2.0 * inside + 1e-3:
+            warnings.warn(
+                f"ground: the height map has a seam of {across:.2f} m where it repeats, between its {edges} edges; "
+                'use a seamless map, or beyond = "mirror"',
+                stacklevel=3,
+            )
+
+
 @lru_cache(maxsize=4)
-def _noise(ground: NoiseGround, seed: int) -> npt.NDArray[np.float32]:
-    """Octaves of simplex noise (Tillman 2013, section 2.1.1), float32 (rows, columns)."""
+def _noise(ground: NoiseGround | EndlessGround, seed: int) -> npt.NDArray[np.float32]:
+    """Octaves of simplex noise (Tillman 2013, section 2.1.1), float32 (rows, columns).
+
+    Where the ground repeats, each point blends two noises a period apart on both axes, and no edge is left.
+    """
     size_x, size_z = ground.size_m
     per_metre = (ground.samples - 1) / max(size_x, size_z)
     columns, rows = (max(2, round(size * per_metre) + 1) for size in (size_x, size_z))
-    x = np.linspace(-0.5 * size_x, 0.5 * size_x, columns)[None, :] / ground.wavelength_m
-    z = np.linspace(-0.5 * size_z, 0.5 * size_z, rows)[:, None] / ground.wavelength_m
-    noise = octaves(x, z, seed, ground.octaves, ground.gain, ground.lacunarity)
-    heights = (0.5 * ground.height_m * noise).astype(np.float32)
-    heights.setflags(write=False)  # shared by all that ask for it
-    return heights
+    x = np.linspace(-0.5 * size_x, 0.5 * size_x, columns)[None, :]
+    z = np.linspace(-0.5 * size_z, 0.5 * size_z, rows)[:, None]
+
+    def noise(x: Array, z: Array) -> Array:
+        at = x / ground.wavelength_m, z / ground.wavelength_m
+        return octaves(*at, seed, ground.octaves, ground.gain, ground.lacunarity)
+
+    if ground.beyond == "repeat":
+        heights = np.zeros((rows, columns))
+        (u, before_x), (v, before_z) = _blended(x / size_x + 0.5), _blended(z / size_z + 0.5)
+        for weight_x, ahead_x in ((u, 0.0), (before_x, size_x)):
+            for weight_z, ahead_z in ((v, 0.0), (before_z, size_z)):
+                heights += weight_x * weight_z * noise(x - ahead_x, z - ahead_z)
+        heights[:, -1], heights[-1] = heights[:, 0], heights[0]  # to the last bit
+    else:
+        heights = noise(x, z)
+    result = (0.5 * ground.height_m * heights).astype(np.float32)
+    result.setflags(write=False)  # shared by all that ask for it
+    return result
+
+
+def _blended(along: Array) -> tuple[Array, Array]:
+    """Weights of a noise and of the one a period before it, which keep its variance and have no kink at the edge."""
+    smooth = along * along * (3.0 - 2.0 * along)
+    length = np.hypot(smooth, 1.0 - smooth)
+    return (1.0 - smooth) / length, smooth / length

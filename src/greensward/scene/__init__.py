@@ -6,7 +6,7 @@ from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueCh
 from greensward.scene.flowers import Flowers
 from greensward.scene.force import Footprints, ForceMap, Stamp, Tracks
 from greensward.scene.grass import Grass
-from greensward.scene.ground import FlatGround, HeightMapGround, NoGround, NoiseGround
+from greensward.scene.ground import EndlessGround, FlatGround, HeightMapGround, NoGround, NoiseGround
 from greensward.scene.light import Camera, Post, Sky, Sun
 from greensward.scene.objects import Box, Capsule, Cylinder, Fur, Mesh, Path, Sphere
 from greensward.scene.scene import Scene
@@ -31,6 +31,7 @@ __all__ = [
     "Capsule",
     "Culling",
     "Cylinder",
+    "EndlessGround",
     "FlatGround",
     "Flowers",
     "Footprints",

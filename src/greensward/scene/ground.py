@@ -41,8 +41,9 @@ class Surface(Model):
     """Width on the ground of one copy of the texture."""
     tile: Annotated[Many[GroundTile], Field(max_length=MOST_TILES)] = default(())
     """Parts with a soil of their own. Where several overlap, the last counts."""
-    beyond: Literal["mirror", "bare"] = "mirror"
-    """Land past the edge: `mirror` continues with land and grass, mirrored; `bare` with land alone."""
+    beyond: Literal["mirror", "bare", "repeat"] = "mirror"
+    """Land past the edge: `mirror` continues with land and grass, mirrored; `repeat` with copies side by side, for
+    which a height map should have no seam; `bare` with land alone."""
     terrain_map: OptionalFileName = default(None)
     """Image over the whole ground; its alpha is how far it covers the soil."""
 
@@ -70,10 +71,9 @@ class HeightMapGround(Surface):
     """Value that means *not measured*; NaN always does. Such holes are filled from their surroundings."""
 
 
-class NoiseGround(Surface):
-    """Rolling ground from octaves of simplex noise, mirrored beyond its edge."""
+class _Noise(Surface):
+    """Base of the grounds from octaves of simplex noise."""
 
-    kind: Literal["noise"] = "noise"
     height_m: Number = Field(default=12.0, ge=0, le=5000)
     """Height from valleys to tops."""
     wavelength_m: Number = Field(default=160.0, gt=0, le=100_000)
@@ -88,10 +88,30 @@ class NoiseGround(Surface):
     """Height samples along the longer side."""
 
 
+class NoiseGround(_Noise):
+    """Rolling ground from octaves of simplex noise, mirrored beyond its edge."""
+
+    kind: Literal["noise"] = "noise"
+
+
+class EndlessGround(_Noise):
+    """Ground without an edge: noise that closes on itself, or a seamless height map, repeated in every direction."""
+
+    kind: Literal["endless"] = "endless"
+    size_m: Size = default((1024.0, 1024.0))
+    """Distance after which the land repeats along x (east) and z (south)."""
+    samples: Count = Field(default=1024, ge=2, le=4096)
+    """Height samples along the longer side, for noise."""
+    file: OptionalFileName = default(None)
+    """A seamless height map in place of noise: its black lies at 0 and its white at `height_m`."""
+    beyond: Literal["repeat"] = "repeat"
+    """Land past `size_m` is the same again."""
+
+
 class NoGround(Surface):
     """No ground: sky above and below, grass on objects only."""
 
     kind: Literal["none"] = "none"
 
 
-Ground = Annotated[FlatGround | HeightMapGround | NoiseGround | NoGround, Field(discriminator="kind")]
+Ground = Annotated[FlatGround | HeightMapGround | NoiseGround | EndlessGround | NoGround, Field(discriminator="kind")]
