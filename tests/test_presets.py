@@ -23,8 +23,18 @@ _PRESETS = (
     "yan2024-random",
     "yan2024-strong",
 )
-_KINDS = ("gusts", "strong", "helicopter", "random", "waves", "blast", "whirl", "ripples")
-_WINDS = [{"kind": kind} for kind in _KINDS]
+_KINDS = ("gusts", "strong", "helicopter", "random", "waves", "blast", "whirl", "ripples", "idle")
+_WINDS = [
+    *({"kind": kind} for kind in _KINDS),
+    {"kind": "wake", "by": "objects", "downwash_mps2": 100.0},
+]
+_DRONE = {
+    "kind": "sphere",
+    "position_m": [0.0, 1.0, 0.0],
+    "drawn": False,
+    "collides": False,
+    "path": {"times_s": [0.0, 1.0], "positions_m": [[-6.0, 1.0, 0.0], [6.0, 1.0, 0.0]]},
+}
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +101,7 @@ def test_every_wind_moves_grass_with_every_technique(renderer, still_images, tec
         wind=[wind],
         technique={"name": technique},
         simulation={"settle_s": 0.1} if simulated else None,
-        object=[],
+        object=[_DRONE],
     )
     drawn = renderer(scene)
     first, second = (drawn.render(time_s).image.astype(int) for time_s in (0.4, 0.8))

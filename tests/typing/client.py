@@ -25,6 +25,8 @@ SCENE = gs.Scene(
         winds.Blast(centre_m=[0, 1, 0]),
         winds.Whirl(),
         winds.Ripples(),
+        winds.Idle(),
+        winds.Wake(by="both", downwash_mps2=20),
     ],
     force=[
         forces.Footprints(path=[(0, 0), (1, 2.5)], foot_m=[0.3, 0.12]),

@@ -106,10 +106,11 @@ class Grid:
             return
         shifted = np.zeros_like(self.velocities)
         if (abs(shift) < count).all():
-            columns, rows = (
-                (slice(max(-s, 0), count - max(s, 0)), slice(max(s, 0), count + min(s, 0))) for s in shift
+            (to_x, from_x), (to_z, from_z) = (
+                (slice(max(-cells, 0), count - max(cells, 0)), slice(max(cells, 0), count + min(cells, 0)))
+                for cells in shift
             )
-            shifted[rows[0], columns[0]] = self.velocities[rows[1], columns[1]]
+            shifted[to_z, to_x] = self.velocities[from_z, from_x]
         self.velocities, self.origin = shifted, origin
 
     def push(self, mover: Mover, wake: Wake, step_s: float) -> None:
