@@ -72,7 +72,9 @@ def _expected(kind: str, p: np.ndarray, t: float) -> np.ndarray:
             return wind_kinds.blast(p, t, _BLAST["centre_m"], 90.0, 4.0)
 
 
-_KINDS = {wind["kind"]: wind for wind in (_STRONG, _HELICOPTER, _RANDOM_WIND, _WAVES, _BLAST, _WHIRL, _RIPPLES, _IDLE)}
+_KINDS = {
+    wind["kind"]: wind for wind in (_STRONG, _HELICOPTER, _RANDOM_WIND, _WAVES, _BLAST, _WHIRL, _RIPPLES, _IDLE)
+}
 
 
 @pytest.mark.parametrize("time_s", [0.0, 2.7, -5.0, 100.0])
