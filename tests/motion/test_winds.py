@@ -128,11 +128,13 @@ def test_idle_blades_have_phases_of_their_own(device):
     assert (np.histogram(phases, 4, (0, 1))[0] > 25).all()
 
 
-def test_idle_wind_is_as_smooth_after_hours(device):
-    p = _points(100)
-    time_s, period = (float(np.float32(value)) for value in (3e4 + 1 / 3, 2.6))
-    got = _air(device, [_IDLE], p, time_s)
-    assert np.abs(got - wind_kinds.idle(p, time_s, 300.0, 2.0, period)).max() < 0.02
+@pytest.mark.parametrize("time_s", [0.3, 3e4 + 1 / 3, 1e6 / 3, 2e6 + 0.9])
+def test_idle_wind_is_as_exact_as_its_time(device, time_s):
+    """It errs by no more than single precision does in the time."""
+    p, step_s = _points(100), float(np.spacing(np.float32(time_s)))
+    time_s, period = (float(np.float32(value)) for value in (time_s, 2.6))
+    expected = wind_kinds.idle(p, time_s, 300.0, 2.0, period)
+    assert np.abs(_air(device, [_IDLE], p, time_s) - expected).max() < 2.0 * 2.0 * np.pi / period * step_s + 1e-4
 
 
 def test_by_default_idle_wind_blows_as_published():
