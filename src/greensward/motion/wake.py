@@ -43,12 +43,12 @@ Indices = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Mover:
-    """What moves the air, in one step."""
+    """Camera or object that moves the air, in one step."""
 
     at: Floats
-    """Its place: x and z."""
+    """Place: x and z."""
     above_m: float
-    """Its height above the ground."""
+    """Height above the ground."""
     velocity: Floats
     """Along x and z, m/s."""
     downwash_mps2: float = 0.0

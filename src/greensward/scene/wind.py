@@ -182,7 +182,7 @@ class Wake(Model):
 
     kind: Literal["wake"] = "wake"
     by: Literal["camera", "objects", "both"] = "camera"
-    """What moves the air: the camera, as published, moving objects of the scene, or both."""
+    """Movers of the air: the camera, as published, moving objects of the scene, or both."""
     strength: Number = Field(default=20.0, ge=0, le=1000)
     """Acceleration of the air in m/s² for each m/s of a mover, times a bell-shaped curve over the distance."""
     reach_m: Number = Field(default=3.0, ge=0.1, le=1000)
