@@ -50,7 +50,7 @@ class Mover:
     above_m: float
     """Height above the ground."""
     velocity: Floats
-    """Along x and z, m/s."""
+    """Velocity along x and z, m/s."""
     downwash_mps2: float = 0.0
     """Outward acceleration around it."""
 
@@ -87,7 +87,7 @@ class Grid:
     def __init__(self, cells: int, cell_m: float) -> None:
         self.cell_m = cell_m
         self.velocities: Floats = np.zeros((cells, cells, 2))
-        """Along x and z in m/s, by row (z) and column (x)."""
+        """Velocities along x and z in m/s, by row (z) and column (x)."""
         self.origin: Indices = np.zeros(2, np.int64)
         """Numbers of the first cell along x and z; cell 0 begins at the world's origin."""
 
