@@ -183,7 +183,9 @@ class World:
         if not self._stateful:
             return
         if "focus" not in saved or saved["focus"].shape != (3,):
-            raise InputError("the checkpoint was made before the first frame, or of a scene without simulation or wake")
+            raise InputError(
+                "the checkpoint was made before the first frame, or of a scene without simulation or wake"
+            )
         self._focus = None
         self.follow(saved["focus"].astype(np.float64))
         for part in self._stateful:

@@ -341,6 +341,17 @@ def _cameras(scene) -> list[Any]:
     return [scene.camera.model_copy(update={"position_m": (x, y, z - 0.2 * k)}) for k in range(8)]
 
 
+def test_a_flight_bends_the_grass_that_it_passes(renderer):
+    scene = small_scene(wind=[{"kind": "wake"}])
+    pictures = []
+    for each in (scene, scene.model_copy(update={"wind": ()})):
+        drawn = renderer(each)
+        for k, camera in enumerate(_cameras(scene)):
+            picture = drawn.render(k / 24, camera=camera).image.astype(int)
+        pictures.append(picture)
+    assert (np.abs(pictures[0] - pictures[1]).max(-1) > 8).mean() > 0.05
+
+
 def test_what_a_blade_did_a_frame_ago_is_what_was_drawn(renderer):
     """Motion vectors need the field of the frame before, and poses the field of their own frame."""
     drawn = renderer(small_scene(**_tables()))

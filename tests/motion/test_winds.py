@@ -128,6 +128,26 @@ def test_idle_blades_have_phases_of_their_own(device):
     assert (np.histogram(phases, 4, (0, 1))[0] > 25).all()
 
 
+@pytest.mark.parametrize("rides", [False, True])
+def test_a_blade_that_rides_on_an_object_keeps_its_phase(device, rides):
+    """Its root goes with the object; a blade of the ground is known by its root."""
+    flags = 64 if rides else 0  # `BladeFlag.ON_OBJECT`
+    body = (
+        "Blade b = Blade(p.x, p.y, p.z, 0.0, p.x, p.y, p.z, 1.0, p.x, p.y, p.z, 0.01, 0u, 0.5, "
+        f"{flags}u, chance); result = ownPhase(b);"
+    )
+    chance = np.arange(50, dtype=np.uint32) * np.uint32(77_777_777)
+    places = _points(50), _points(50)
+    phases = [
+        shader_call(device, "motion/pose.glsl", body, {"p": p, "chance": chance}, "float", defines={"FORM": 0})
+        for p in places
+    ]
+    assert np.array_equal(*phases) == rides
+    assert len(np.unique(phases[0])) == 50
+    if not rides:
+        assert np.array_equal(phases[0], wind_kinds.phase(places[0]))
+
+
 @pytest.mark.parametrize("time_s", [0.3, 3e4 + 1 / 3, 1e6 / 3, 2e6 + 0.9])
 def test_idle_wind_is_as_exact_as_its_time(device, time_s):
     """It errs by no more than single precision does in the time."""
