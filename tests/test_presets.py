@@ -10,6 +10,7 @@ from greensward.techniques import TECHNIQUES
 from small_scenes import COARSE_PX, small_scene
 
 _PRESETS = (
+    "derstroff",
     "football",
     "habel2007",
     "jahrmann2013-instance",
@@ -23,7 +24,19 @@ _PRESETS = (
     "yan2024-random",
     "yan2024-strong",
 )
-_KINDS = ("gusts", "strong", "helicopter", "random", "waves", "blast", "whirl", "ripples")
+_WINDS = {
+    **{kind: {"kind": kind} for kind in ("gusts", "strong", "helicopter", "random", "waves", "blast", "whirl", "idle")},
+    "wake": {"kind": "wake", "by": "objects", "downwash_mps2": 100.0},
+    "ripples": {"kind": "ripples"},
+}
+_KINDS = tuple(_WINDS)
+_DRONE = {
+    "kind": "sphere",
+    "position_m": [0.0, 1.0, 0.0],
+    "drawn": False,
+    "collides": False,
+    "path": {"times_s": [0.0, 1.0], "positions_m": [[-6.0, 1.0, 0.0], [6.0, 1.0, 0.0]]},
+}
 _TECHNIQUES = [technique.name for technique in TECHNIQUES]
 _USUAL = gs.TechniqueChoice().name
 _SIZE = 96, 54
@@ -103,10 +116,10 @@ def test_grass_hangs_under_the_planet(renderer):
 )
 def test_every_wind_moves_grass_with_every_technique(renderer, still_images, technique, kind, simulated):
     scene = small_scene(
-        wind=[{"kind": kind}],
+        wind=[_WINDS[kind]],
         technique={"name": technique},
         simulation={"settle_s": 0.1} if simulated else None,
-        object=[],
+        object=[_DRONE],
     )
     drawn = renderer(scene, size=_SIZE)
     first, second = (drawn.render(time_s).image.astype(int) for time_s in (0.4, 0.8))

@@ -75,7 +75,7 @@ class World:
         self.placed = self.previously_placed = self.placing.at(0.0)
         """World from own space of every object, now and a frame ago: float64 (objects, 4, 4)."""
         self.field = Field(device, scene, self.ground)
-        self._winds = Winds(device, scene, heights)
+        self._winds = Winds(device, scene, heights, self.placing.moving)
         self._forces = Forces(device, scene)
         bindings.update({**self.field.bindings, **self._winds.bindings, **self._forces.bindings})
         self._poses = Poses(device, scene, bindings)
@@ -86,7 +86,10 @@ class World:
             self._colliders = Colliders(device, self.objects, heights, scripts or {}, scene.resolve)
             bindings.update(self._colliders.bindings)
             self._simulation = BladeSimulation(device, scene, self.field, self._colliders, bindings)
-        self._stateful: list[Stateful] = [self._simulation] if self._simulation else []
+        self._stateful: list[Stateful] = [
+            *self._winds.stateful,  # first: blades are bent by them
+            *([self._simulation] if self._simulation else []),
+        ]
         self.has_meshes = any(each.drawn for each in self.objects) or any(g.head != "none" for g in scene.grass)
         self.has_meshes |= bool(scene.flowers)
         """A picture may show objects, flowers or seed heads, which have triangles."""
@@ -143,14 +146,14 @@ class World:
         if culled:
             self._cull(frame.views)
         chunks = self.visible.chunks
-        for page, blades in self._analytic:
-            self._poses.write(page, blades, chunks, frame.time_s, frame.previous_time_s)
         if self._stateful:
             step = MotionStep(
                 frame.time_s, frame.previous_time_s, frame.views[0].camera_ws, self.placing.at, chunks, culled
             )
             for part in self._stateful:
                 part.advance(step)
+        for page, blades in self._analytic:
+            self._poses.write(page, blades, chunks, frame.time_s, frame.previous_time_s)
 
     @property
     def blades_simulated(self) -> int:
@@ -169,7 +172,7 @@ class World:
         self.visible.chunks.cut()
 
     def saved(self) -> dict[str, npt.NDArray[Any]]:
-        """Read back the state of the grass and the focus of the field, as arrays. Empty without simulation."""
+        """Read back what has state and the focus of the field, as arrays. Empty where nothing has."""
         if not self._stateful or self._focus is None:
             return {}
         found: dict[str, npt.NDArray[Any]] = {"focus": self._focus}
@@ -182,7 +185,9 @@ class World:
         if not self._stateful:
             return
         if "focus" not in saved or saved["focus"].shape != (3,):
-            raise InputError("the checkpoint was made before the first frame, or of a scene without simulation")
+            raise InputError(
+                "the checkpoint was made before the first frame, or of a scene without simulation or wake"
+            )
         self._focus = None
         self.follow(saved["focus"].astype(np.float64))
         for part in self._stateful:

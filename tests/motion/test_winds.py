@@ -29,6 +29,7 @@ _RIPPLES = {
     "kind": "ripples", "direction_deg": 200.0, "speed_mps": 8.0, "wave_m": 5.0, "swell_m": 23.0, "front_m": 9.0,
     "epsilon": 0.1, "rate_hz": 0.4,
 }  # fmt: skip
+_IDLE = {"kind": "idle", "direction_deg": 300.0, "speed_mps": 2.0, "period_s": 2.6}
 _WHIRL = {"kind": "whirl", "centre_m": [-3.0, 1.5, 2.0], "power_mps": 40.0, "swirl_mps": 6.0, "rate": 1.5}
 
 
@@ -63,13 +64,17 @@ def _expected(kind: str, p: np.ndarray, t: float) -> np.ndarray:
             return wind_kinds.waves(p, t, 75.0, 7.0, 0.3)
         case "ripples":
             return wind_kinds.ripples(p, t, *(value for name, value in _RIPPLES.items() if name != "kind"))
+        case "idle":
+            return wind_kinds.idle(p, t, 300.0, 2.0, 2.6)
         case "whirl":
             return wind_kinds.whirl(p, t, _WHIRL["centre_m"], 40.0, 6.0, 1.5)
         case _:
             return wind_kinds.blast(p, t, _BLAST["centre_m"], 90.0, 4.0)
 
 
-_KINDS = {wind["kind"]: wind for wind in (_STRONG, _HELICOPTER, _RANDOM_WIND, _WAVES, _BLAST, _WHIRL, _RIPPLES)}
+_KINDS = {
+    wind["kind"]: wind for wind in (_STRONG, _HELICOPTER, _RANDOM_WIND, _WAVES, _BLAST, _WHIRL, _RIPPLES, _IDLE)
+}
 
 
 @pytest.mark.parametrize("time_s", [0.0, 2.7, -5.0, 100.0])
@@ -108,6 +113,53 @@ def test_ripples_are_as_smooth_far_from_the_origin(device):
     p[:, 2] = -10_240.0
     expected = _expected("ripples", p.astype(np.float64), 3.0)
     assert np.abs(_air(device, [_RIPPLES], p, 3.0) - expected).max() < 0.02
+
+
+def test_idle_blades_have_phases_of_their_own(device):
+    """The phase is the root's x and z alone, so a blade keeps it, and the height of the ground has no part in it."""
+    p = _points(200)
+    raised = p + np.array([0, 3, 0], np.float32)
+    phases, again = (
+        shader_call(device, "motion/wind.glsl", "idlePhase(p)", {"p": each}, "float") for each in (p, raised)
+    )
+    assert np.array_equal(phases, wind_kinds.phase(p))
+    assert np.array_equal(phases, again)
+    assert len(np.unique(phases)) == len(p)
+    assert (np.histogram(phases, 4, (0, 1))[0] > 25).all()
+
+
+@pytest.mark.parametrize("rides", [False, True])
+def test_a_blade_that_rides_on_an_object_keeps_its_phase(device, rides):
+    """Its root goes with the object; a blade of the ground is known by its root."""
+    flags = 64 if rides else 0  # `BladeFlag.ON_OBJECT`
+    body = (
+        "Blade b = Blade(p.x, p.y, p.z, 0.0, p.x, p.y, p.z, 1.0, p.x, p.y, p.z, 0.01, 0u, 0.5, "
+        f"{flags}u, chance); result = ownPhase(b);"
+    )
+    chance = np.arange(50, dtype=np.uint32) * np.uint32(77_777_777)
+    places = _points(50), _points(50)
+    phases = [
+        shader_call(device, "motion/pose.glsl", body, {"p": p, "chance": chance}, "float", defines={"FORM": 0})
+        for p in places
+    ]
+    assert np.array_equal(*phases) == rides
+    assert len(np.unique(phases[0])) == 50
+    if not rides:
+        assert np.array_equal(phases[0], wind_kinds.phase(places[0]))
+
+
+@pytest.mark.parametrize("time_s", [0.3, 3e4 + 1 / 3, 1e6 / 3, 2e6 + 0.9])
+def test_idle_wind_is_as_exact_as_its_time(device, time_s):
+    """It errs by no more than single precision does in the time."""
+    p, step_s = _points(100), float(np.spacing(np.float32(time_s)))
+    time_s, period = (float(np.float32(value)) for value in (time_s, 2.6))
+    expected = wind_kinds.idle(p, time_s, 300.0, 2.0, period)
+    assert np.abs(_air(device, [_IDLE], p, time_s) - expected).max() < 2.0 * 2.0 * np.pi / period * step_s + 1e-4
+
+
+def test_by_default_idle_wind_blows_as_published():
+    row = np.asarray(wind_values((TypeAdapter(Wind).validate_python({"kind": "idle"}),), 1)["rows"])[0]
+    assert np.allclose(row[1:3], np.sqrt(0.5))  # along (1, 0, 1)
 
 
 def test_only_a_blast_pushes_whatever_the_blade_does(device):

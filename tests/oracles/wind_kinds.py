@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from oracles.hashing import hashes
+from oracles.hashing import hashes, unit
 
 
 def _unit(v: np.ndarray) -> np.ndarray:
@@ -42,6 +42,18 @@ def random(p: np.ndarray, t: float, seed: int, power, period) -> np.ndarray:
     bits = hashes(cell ^ np.uint32(seed))
     direction = 2.0 * (bits >> np.uint32(8)) / 2**24 - 1.0
     return direction * power * np.sin(2 * np.pi * t / period)
+
+
+def phase(p: np.ndarray) -> np.ndarray:
+    """Phase of a blade in turns: a hash of the bits of its root's x and z."""
+    bits = np.ascontiguousarray(p[:, [0, 2]], np.float32).view(np.uint32)
+    return unit(hashes(np.column_stack([bits, np.zeros(len(p), np.uint32)]))[:, 0])
+
+
+def idle(p: np.ndarray, t: float, direction_deg, speed, period) -> np.ndarray:
+    """Derstroff, section 2.6: (1, 0, 1) * sin(phi + mod(t, f) / f * 2 pi) * s."""
+    turned = np.sin(2 * np.pi * phase(p) + np.mod(t, period) / period * 2 * np.pi)
+    return (speed * turned)[:, None] * towards(direction_deg)
 
 
 def waves(p: np.ndarray, t: float, direction_deg, speed, rate) -> np.ndarray:

@@ -85,8 +85,14 @@ def test_every_preset_loads_and_has_a_title(name):
         (r'sowing.density_map = "\u0000"', "sowing.density_map: "),
         (
             "wind = [{kind = 'calm'}]",
-            "wind[0].kind: must be one of gusts, strong, helicopter, random, waves, blast, whirl, texture, ripples"
-            ' (got "calm")',
+            "wind[0].kind: must be one of gusts, strong, helicopter, random, waves, blast, whirl, texture, ripples, "
+            'idle, wake (got "calm")',
+        ),
+        ("wind = [{kind = 'wake', cells = 64}]", "wind[0].cells: must be odd, so that the camera has a cell"),
+        ("wind = [{kind = 'wake', cells = 259}]", "wind[0].cells: must be at most 257 (got 259)"),
+        (
+            "wind = [{kind = 'wake'}, {}, {kind = 'wake'}]",
+            "wind[2]: a scene has at most one wake, and wind[0] is one",
         ),
         (
             "object = [{kind = 'box', position_m = [0, 0, 0], grass = {density_from = 'colours'}}]",

@@ -9,6 +9,7 @@ import greensward as gs
 from greensward import forces, grounds, objects, winds
 
 ROUND = objects.Path(times_s=[0, 4.5], positions_m=[(0, 0, 0), [3, 0, 1]], yaws_deg=[0, 90], after="repeat")
+BY_A_DRONE = gs.Scene(wind=(winds.Idle(period_s=4), winds.Wake(by="both", downwash_mps2=20)))
 SCENE = gs.Scene(
     title="Everything",
     seed=3,

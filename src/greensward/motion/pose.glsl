@@ -32,13 +32,19 @@ vec3 sag(Blade b, vec3 up, vec3 pull) {
     return (1.0 - 0.6 * b.stiffness) * (0.55 * b.height * across + 0.6 * max(down, 0.0) * (b.height * up - tip));
 }
 
+// Phase of a blade in idle wind. One that moves with an object is known by its random numbers instead of its place.
+float ownPhase(Blade b) {
+    return isOnObject(b) ? unit(hash3(uvec3(b.chance, 0u, 1u)).x) : idlePhase(bladeRoot(b));
+}
+
+Air airAround(Blade b, float time_s) { return windAt(bladeRoot(b), ownPhase(b), time_s); }
+
 // `swing` is the phase of its bobbing, `off` the up of what it must keep off
-void bentByWindAtPhase(Blade b, float time_s, float swing, out vec3 off, out vec3 v1, out vec3 v2) {
+void bentByWindAtPhase(Blade b, Air air, float time_s, float swing, out vec3 off, out vec3 v1, out vec3 v2) {
     vec3 root = bladeRoot(b), up = bladeUp(b), force = forceOn(b, time_s);
     vec3 sunk = sag(b, up, pullAt(root));
     v1 = bladeControl(b) - root + 0.3 * sunk;
     v2 = bladeTip(b) - root + sunk;
-    Air air = windAt(root, time_s);
     vec3 velocity = air.wind.xyz + air.blast;
     float speed = length(velocity);
     vec3 downwind = velocity / max(speed, 1e-4), crosswind = cross(up, downwind);
@@ -63,12 +69,12 @@ void bentByWindAtPhase(Blade b, float time_s, float swing, out vec3 off, out vec
 void bentByWind(Blade b, float time_s, out vec3 off, out vec3 v1, out vec3 v2) {
     float phase = 6.28318531 * bladeRandom(b);
     float pace = (2.2 + 2.6 * fract(7.31 * bladeRandom(b))) * inversesqrt(max(b.height, 0.02));
-    bentByWindAtPhase(b, time_s, pace * time_s + phase, off, v1, v2);
+    bentByWindAtPhase(b, airAround(b, time_s), time_s, pace * time_s + phase, off, v1, v2);
 }
 
 // Bent control points of a blade without simulation state, in the form of the scene's simulation
 void bentControlPoints(Blade b, float time_s, out vec3 v1, out vec3 v2) {
     vec3 up;
     if (FORM == NATURAL) bentByWind(b, time_s, up, v1, v2);
-    else balance(b, windAt(bladeRoot(b), time_s), forceOn(b, time_s), v1, v2);
+    else balance(b, airAround(b, time_s), forceOn(b, time_s), v1, v2);
 }

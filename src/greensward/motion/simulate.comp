@@ -55,7 +55,7 @@ void stepNatural(Blade b, int instant, vec3 up, float time_s, float dt, inout St
 void stepPapers(Blade b, int instant, vec3 up, vec3 front, float time_s, float dt, inout State s, out vec3 control) {
     vec3 root = bladeRoot(b), tip = stateTip(s), force = forceOn(b, time_s);
     up = upUnder(up, force);
-    vec3 moving = push(b, below(windAt(root, time_s), force), tip, up, front, pullAt(root));
+    vec3 moving = push(b, below(airAround(b, time_s), force), tip, up, front, pullAt(root));
     tip = relaxed(tip, idleTip(b, up, force), moving, recovery(b) * freedom(s.pressed), dt);
     correctState(b, up, tip, control);
     if (collide(b, instant, root, control, tip, s.pressed)) correctState(b, up, tip, control);

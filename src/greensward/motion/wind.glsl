@@ -9,5 +9,7 @@
 #include "motion/whirl.glsl"
 #include "motion/texture.glsl"
 #include "motion/ripples.glsl"
+#include "motion/idle.glsl"
+#include "motion/wake.glsl"
 
 #include "layout/WindAt"

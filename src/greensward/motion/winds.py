@@ -8,20 +8,25 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Bindings
 from greensward.gpu.layouts import BlockBuffer, block, rows_of, text
 from greensward.ground import HeightField
 from greensward.io.rasters import read_rgba
+from greensward.motion.stateful import Stateful
+from greensward.motion.wake import WakeLayers, WindField
 from greensward.scene import (
     Blast,
     Gusts,
     Helicopter,
+    Idle,
     Random,
     Ripples,
     Scene,
     Strong,
     Texture,
+    Wake,
     Waves,
     Whirl,
 )
@@ -89,6 +94,8 @@ _GLSL: dict[type, tuple[str, str, tuple[tuple[str, str], ...]]] = {
             ("rate_hz", "float"),
         ),
     ),
+    Idle: ("IdleWind", "idleWind", (("direction", "vec2"), ("speed_mps", "float"), ("period_s", "float"))),
+    Wake: ("WakeWind", "wakeWind", (("cell_m", "float"),)),
 }
 KINDS = tuple(_GLSL)
 """Kinds of wind, by their number in the block."""
@@ -97,22 +104,23 @@ KINDS = tuple(_GLSL)
 def _declare() -> None:
     """Declare the structs of all kinds, and `windAt`, which leaves out the kinds that `NO_KIND` names.
 
-    A CPU driver would run every case for every blade.
+    A CPU driver would run every case for every blade. `phase` is a blade's own in idle wind, in turns.
     """
     structs, cases = [], []
     for number, (kind, (name, function, members)) in enumerate(_GLSL.items()):
         declared, value = rows_of(name, members, first=1)
         structs.append(declared)
+        place = "phase" if kind is Idle else "p"
         cases.append(
             f"#ifndef {_absent(kind)}\n"
-            f"        if (kind == {number}) one = {function}({value}, seed, p, time_s);\n"
+            f"        if (kind == {number}) one = {function}({value}, seed, {place}, time_s);\n"
             "#endif\n"
         )
     text("WindKinds", "\n".join(structs))
     rows = ", ".join(f"winds.rows[{ROWS} * i + {row}]" for row in range(ROWS))
     text(
         "WindAt",
-        "Air windAt(vec3 p, float time_s) {\n"
+        "Air windAt(vec3 p, float phase, float time_s) {\n"
         "    Air sum = Air(vec4(0.0), vec3(0.0));\n"
         "    for (int i = 0; i < winds.count; i++) {\n"
         f"        vec4 rows[{ROWS}] = vec4[{ROWS}]({rows});\n"
@@ -124,7 +132,8 @@ def _declare() -> None:
         "        sum.blast += one.blast;\n"
         "    }\n"
         "    return sum;\n"
-        "}",
+        "}\n"
+        "Air windAt(vec3 root, float time_s) { return windAt(root, idlePhase(root), time_s); }",
     )
 
 
@@ -163,6 +172,10 @@ def _numbers(wind: Wind, heights: HeightField | None, first_picture: int) -> Seq
         case Ripples():
             lengths = wind.wave_m, wind.swell_m, wind.front_m
             return *_towards(wind.direction_deg), wind.speed_mps, *lengths, wind.epsilon, wind.rate_hz
+        case Idle():
+            return *_towards(wind.direction_deg), wind.speed_mps, wind.period_s
+        case Wake():
+            return (wind.cell_m,)
         case Texture():
             return wind.speed_mps, wind.rate_hz, *wind.size_m, first_picture, len(wind.files)
 
@@ -212,6 +225,8 @@ def built_for(wind: Wind) -> object:
             return wind
         case Texture():
             return wind.files
+        case Wake():
+            return wind.kind, wind.cells, wind.cell_m
         case _:
             return wind.kind
 
@@ -221,24 +236,41 @@ def same_kinds(before: Sequence[Wind], winds: Sequence[Wind]) -> bool:
     return [built_for(wind) for wind in before] == [built_for(wind) for wind in winds]
 
 
-class Winds:
-    """Winds of the scene, for shaders that include `motion/wind.glsl`."""
+def _wake_of(scene: Scene) -> Wake | None:
+    return next((wind for wind in scene.wind if isinstance(wind, Wake)), None)
 
-    def __init__(self, device: Device, scene: Scene, heights: HeightField) -> None:
+
+class Winds:
+    """Winds of the scene, for shaders that include `motion/wind.glsl`.
+
+    `moving` tells which of the scene's objects move.
+    """
+
+    def __init__(self, device: Device, scene: Scene, heights: HeightField, moving: Sequence[bool] = ()) -> None:
         self._block = BlockBuffer(device.ctx, WINDS_BLOCK)
         self._block.set(**wind_values(scene.wind, scene.seed, heights))  # type: ignore[arg-type]
         pictures = wind_pictures(scene)
         layers, height, width, _ = pictures.shape
         self._pictures = device.ctx.texture_array((width, height, layers), 2, pictures.tobytes(), alignment=1)
         self._pictures.filter = moderngl.LINEAR, moderngl.LINEAR
-        self.bindings: Bindings = {"Winds": self._block, "wind_maps": self._pictures}
-        """Block and pictures, by their names in shaders."""
+        wake = _wake_of(scene)
+        self._layers = WakeLayers(device, wake.cells if wake else 0)
+        self._field = WindField(self._layers, wake, heights, scene.object, moving) if wake else None
+        self.stateful: tuple[Stateful, ...] = (self._field,) if self._field else ()
+        """Winds that have state; the `Winds` free it."""
+        self.bindings: Bindings = {
+            "Winds": self._block,
+            "wind_maps": self._pictures,
+            **self._layers.bindings,
+        }
+        """Blocks and textures, by their names in shaders."""
 
     def change(self, scene: Scene, heights: HeightField) -> None:
         """Blow as another scene has it, whose kinds, pictures and helicopters are the same."""
         self._block.set(**wind_values(scene.wind, scene.seed, heights))  # type: ignore[arg-type]
+        if self._field and (wake := _wake_of(scene)):
+            self._field.settings = wake
 
     def release(self) -> None:
         """Free the GPU memory."""
-        self._block.release()
-        self._pictures.release()
+        release_all(self._block, self._pictures, self._layers)

@@ -118,7 +118,7 @@ class Placing:
         self._yaw = np.radians([each.yaw_deg for each in objects])
         paths = [path for i in self._on_path if (path := objects[i].path)]
         self._tracks = Tracks(paths)
-        self._middle = np.array([[0.0, 0.5 * _height_of(objects[i]), 0.0] for i in self._on_path]).reshape(-1, 3)
+        self._middle = np.array([[0.0, 0.5 * height_of(objects[i]), 0.0] for i in self._on_path]).reshape(-1, 3)
         self._rolling = [
             (k, _Rolling(path, radius))
             for k, (path, radius) in enumerate(zip(paths, self._middle[:, 1], strict=True))
@@ -192,8 +192,8 @@ def _rolled(step: Floats, radius: float) -> Floats:
     return about(np.array([step[1], 0.0, -step[0]]) / length, length / radius)
 
 
-def _height_of(shape: Object) -> float:
-    """Height of a solid; a mesh does not roll."""
+def height_of(shape: Object) -> float:
+    """Height of a solid in its own space; 0 of a mesh, which does not roll."""
     match shape:
         case Mesh():
             return 0.0

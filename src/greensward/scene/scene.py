@@ -1,7 +1,7 @@
 """The scene: everything that is drawn, frozen and typed, without GPU code."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import Field, PrivateAttr, model_validator
 
@@ -14,7 +14,7 @@ from greensward.scene.ground import FlatGround, Ground
 from greensward.scene.light import Camera, Post, Sky, Sun
 from greensward.scene.objects import Object
 from greensward.scene.water import Water
-from greensward.scene.wind import MOST_WINDS, Gusts, Simulation, Wind
+from greensward.scene.wind import MOST_WINDS, Gusts, Simulation, Wake, Wind
 
 DEFAULT_KINDS = {"ground": "flat", "wind": "gusts"}
 """Kinds of tables without the key `kind`."""
@@ -75,6 +75,13 @@ class Scene(Model):
         if isinstance(winds := values.get("wind"), list | tuple):
             values["wind"] = [{"kind": DEFAULT_KINDS["wind"], **w} if isinstance(w, dict) else w for w in winds]
         return values
+
+    @model_validator(mode="after")
+    def _has_one_wake(self) -> Self:
+        wakes = [i for i, wind in enumerate(self.wind) if isinstance(wind, Wake)]
+        if len(wakes) > 1:
+            raise ValueError(f"wind[{wakes[1]}]: a scene has at most one wake, and wind[{wakes[0]}] is one")
+        return self
 
     @property
     def folder(self) -> Path:

@@ -2,15 +2,21 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from greensward.scene.base import FileNames, Flag, Model, Number, OptionalPoint, Pair, Point, Size, default
+from greensward.scene.base import Count, FileNames, Flag, Model, Number, OptionalPoint, Pair, Point, Size, default
 
 MOST_WINDS = 8
 Direction = Annotated[Number, Field(ge=-360, le=360)]
 Speed = Annotated[Number, Field(ge=0, le=200)]
 Length = Annotated[Number, Field(gt=0, le=10_000)]
 Time = Annotated[Number, Field(gt=0, le=1e6)]
+
+
+def _odd(cells: int) -> int:
+    if cells % 2 == 0:
+        raise ValueError("must be odd, so that the camera has a cell in the middle")
+    return cells
 
 
 class Gusts(Model):
@@ -156,8 +162,44 @@ class Texture(Model):
     """Images per second."""
 
 
+class Idle(Model):
+    """Light wind to and fro, in which each blade has a phase of its own (Derstroff, section 2.6)."""
+
+    kind: Literal["idle"] = "idle"
+    direction_deg: Direction = 315.0
+    """Direction it blows from first, clockwise from north (−z); at 315 the source's, (1, 0, 1)."""
+    speed_mps: Speed = 1.5
+    """Greatest speed, to and fro."""
+    period_s: Time = 3.0
+    """Time for one swing to and fro."""
+
+
+class Wake(Model):
+    """Wind behind what moves: a wind field with memory around the camera (Derstroff, section 2.3).
+
+    It is the one wind with state. A scene has at most one.
+    """
+
+    kind: Literal["wake"] = "wake"
+    by: Literal["camera", "objects", "both"] = "camera"
+    """Movers of the air: the camera, as published, moving objects of the scene, or both."""
+    strength: Number = Field(default=20.0, ge=0, le=1000)
+    """Acceleration of the air in m/s² for each m/s of a mover, times a bell-shaped curve over the distance."""
+    reach_m: Number = Field(default=3.0, ge=0.1, le=1000)
+    """Scale of that curve; air at more than twice this distance hardly moves."""
+    downwash_mps2: Number = Field(default=0.0, ge=0, le=10_000)
+    """Greatest outward acceleration of the air around objects that move it, as below a drone."""
+    damping: Number = Field(default=0.74, ge=0, le=1)
+    """Fraction of the speed that is left after a second; the source's 0.995 a frame at 60 frames per second."""
+    cells: Annotated[Count, Field(ge=3, le=257), AfterValidator(_odd)] = 65
+    """Cells along a side of the wind field; odd."""
+    cell_m: Number = Field(default=1.0, ge=0.05, le=100)
+    """Side of a cell. The wind field has the camera in its middle, and beyond it the air is calm."""
+
+
 Wind = Annotated[
-    Gusts | Strong | Helicopter | Random | Waves | Blast | Whirl | Texture | Ripples, Field(discriminator="kind")
+    Gusts | Strong | Helicopter | Random | Waves | Blast | Whirl | Texture | Ripples | Idle | Wake,
+    Field(discriminator="kind"),
 ]
 
 
