@@ -166,9 +166,6 @@ def test_a_default_flight_bends_grass():
     assert speeds[z + 2, x] > 4.0
 
 
-# Beginnings ------------------------------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def windy():
     flight = _Flight()
@@ -282,9 +279,6 @@ def test_downwash_blows_outwards_with_its_greatest_acceleration():
         assert vz * j >= 0.0
     calm = _Flight(hovering, by="objects", downwash_mps2=0.0, **cells).frame(1.0, (0.0, 1.0, 0.0))
     assert not calm.velocities.any()
-
-
-# On the GPU ------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
