@@ -25,7 +25,8 @@ _PRESETS = (
     "yan2024-strong",
 )
 _WINDS = {
-    **{kind: {"kind": kind} for kind in ("gusts", "strong", "helicopter", "random", "waves", "blast", "whirl", "idle")},
+    **{kind: {"kind": kind} for kind in ("gusts", "strong", "helicopter", "random")},
+    **{kind: {"kind": kind} for kind in ("waves", "blast", "whirl", "idle")},
     "wake": {"kind": "wake", "by": "objects", "downwash_mps2": 100.0},
     "ripples": {"kind": "ripples"},
 }

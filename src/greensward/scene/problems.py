@@ -73,9 +73,9 @@ def _untagged(loc: Loc, model: type[BaseModel]) -> tuple[Loc, Models]:
 def _unknown_key(key: str, models: Models) -> str:
     if not models:
         return "unknown key"
-    owners = [str(kind_of(other)) for other in models[1:] if key in other.model_fields]
+    owners = [f'"{kind_of(other)}"' for other in models[1:] if key in other.model_fields]
     if owners:
-        return f'belongs to kind "{" or ".join(owners)}", but the kind here is "{kind_of(models[0])}"'
+        return f'belongs to kind {" or ".join(owners)}, but the kind here is "{kind_of(models[0])}"'
     near = did_you_mean(key, models[0].model_fields)
     return f"unknown key{near or '; known here are ' + ', '.join(models[0].model_fields)}"
 
