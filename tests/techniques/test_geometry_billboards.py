@@ -475,13 +475,25 @@ def _kinds():
     return [model.model_fields["kind"].default for model in models]
 
 
-_MORE = {"helicopter": {"centre_m": [0.0, 0.0]}, "blast": {"power_mps": 12.0}, "whirl": {"power_mps": 8.0}}
+_MORE = {
+    "wake": {"by": "objects", "downwash_mps2": 100.0},
+    "helicopter": {"centre_m": [0.0, 0.0]},
+    "blast": {"power_mps": 12.0},
+    "whirl": {"power_mps": 8.0},
+}
 
 
 @pytest.mark.parametrize("kind", [kind for kind in _kinds() if kind != "texture"])
 def test_every_wind_bends_it(renderer, kind):
+    drone = {
+        "kind": "sphere",
+        "position_m": [0.0, 1.0, 0.0],
+        "drawn": False,
+        "collides": False,
+        "path": {"times_s": [0.0, 2.0], "positions_m": [[-6.0, 1.0, 0.0], [6.0, 1.0, 0.0]]},
+    }
     still, blown = (
-        renderer(_scene(wind=wind)).render(1.3, aovs=["depth"]).truth["depth"]
+        renderer(_scene(wind=wind, object=[drone])).render(1.3, aovs=["depth"]).truth["depth"]
         for wind in ([], [{"kind": kind, **_MORE.get(kind, {})}])
     )
     assert (still != blown).mean() > 0.02

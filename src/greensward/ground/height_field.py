@@ -12,6 +12,8 @@ from greensward.io.rasters import read_heights
 from greensward.scene import EndlessGround, HeightMapGround, NoGround, NoiseGround, Scene
 
 Array = npt.NDArray[np.float64]
+_MOST_PROBES = 10
+"""Samples that are looked at along a side of a square, at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,13 +99,26 @@ class HeightField:
         """
         if self.heights.shape == (2, 2) and self.lowest_m == self.highest_m:
             return np.full(len(x0), self.lowest_m), np.full(len(x0), self.highest_m)
-        steps = int(np.clip(np.ceil(size_m.max(initial=0.0) / min(self.cell_m())), 1, 8)) + 1
-        offset = np.linspace(0.0, 1.0, steps) * size_m[:, None]
-        grid = self.height((x0[:, None] + offset)[:, None, :], (z0[:, None] + offset)[:, :, None])
+        rows, columns = self.heights.shape
+        cell_x, cell_z = self.cell_m()
+        # between samples the surface is bilinear, so that it is nowhere higher than the highest sample around
+        j = self._samples(x0 + 0.5 * self.size_m[0], cell_x, size_m, columns - 1)
+        i = self._samples(z0 + 0.5 * self.size_m[1], cell_z, size_m, rows - 1)
+        grid = self.heights[i[:, :, None], j[:, None, :]].astype(np.float64)
+        if max(size_m.max(initial=0.0) / cell for cell in (cell_x, cell_z)) <= _MOST_PROBES - 2:
+            return grid.min(axis=(1, 2)), grid.max(axis=(1, 2))
         low, high = grid.min(axis=(1, 2)), grid.max(axis=(1, 2))
         # what rises between the probes: the steepest slope seen, over half the distance between them
         slack = np.abs(np.diff(grid, axis=2)).max(axis=(1, 2)) + np.abs(np.diff(grid, axis=1)).max(axis=(1, 2))
         return low - slack, high + slack
+
+    def _samples(self, start: Array, cell: float, size_m: Array, last: int) -> npt.NDArray[np.int64]:
+        """Indices of samples from before each start to behind its end, (n, up to `_MOST_PROBES`)."""
+        first, span = np.floor(start / cell), np.ceil(size_m / cell) + 1.0
+        steps = int(np.clip(span.max(initial=1.0) + 1.0, 2, _MOST_PROBES))
+        at = np.rint(first[:, None] + np.linspace(0.0, 1.0, steps) * span[:, None])
+        folded: npt.NDArray[np.int64] = (np.mod(at, last) if self.repeats else _mirror(at, last)).astype(np.int64)
+        return folded
 
 
 def _mirror(at: Array, last: int) -> Array:

@@ -64,8 +64,10 @@ def label_of(name: str) -> str:
 
 @cache
 def fields_of(model: type[BaseModel]) -> tuple[FieldSpec, ...]:
-    """Return the keys of a model, without its `kind`, in the order of the model."""
-    found = [_field(model, name) for name in model.model_fields if not (name == "kind" and kind_of(model))]
+    """Return the keys of a model in its order, without those that can have one value only, such as `kind`."""
+    fixed = {name for name, field in model.model_fields.items() if len(get_args(field.annotation)) == 1}
+    fixed = {name for name in fixed if get_origin(model.model_fields[name].annotation) is Literal}
+    found = [_field(model, name) for name in model.model_fields if name not in fixed]
     labels = [spec.label for spec in found]
     # `texture` and `texture_m` are different keys
     return tuple(
