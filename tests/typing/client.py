@@ -51,7 +51,8 @@ SCENE = gs.Scene(
     technique=gs.TechniqueChoice(name="bezier-blades", max_level=4),
     post=gs.Post(tone_map="linear"),
 )
-GROUNDS = (grounds.FlatGround(), grounds.HeightMapGround(file="hills.tif", height_m=[0, 30]), grounds.NoGround())
+HILLS = grounds.HeightMapGround(file="hills.tif", height_m=[0, 30], beyond="repeat")
+GROUNDS = (grounds.FlatGround(), HILLS, grounds.EndlessGround(size_m=(64, 64)), grounds.NoGround())
 PAINTED = gs.Scene(ground=GROUNDS[0], wind=(winds.Texture(files=["a.png", Path("b.png")]),))
 PATH = gs.CameraPath(key=[gs.CameraKey(time_s=t, position_m=(0, 2, t), target_m=(0, 0, -9)) for t in (0, 1)])
 
