@@ -32,7 +32,7 @@ from greensward.sowing import Field, Page
 
 Floats = npt.NDArray[np.float64]
 # parts of `sowing.full_density_m`
-_STEP, _COARSE_STEP = 0.0125, 0.2
+_STEP, _COARSE_STEP = 0.006, 0.2
 
 
 @dataclass(frozen=True)
