@@ -20,12 +20,13 @@ class FakeRenderer:
 
     asked: dict = {}  # noqa: RUF012
     fails: BaseException | None = None
+    stored = 212345
 
     def __init__(self, scene, *, size, samples, device):
         self.scene, self.size, self.technique_name = scene, size, scene.technique.name
         FakeRenderer.asked = {"scene": scene, "size": size, "samples": samples, "device": device}
         self.seconds = {"sow": 1.06, "draw": 9.0}
-        self.blades, self.driver = 212345, "llvmpipe"
+        self.blades, self.driver = FakeRenderer.stored, "llvmpipe"
 
     def __enter__(self):
         return self
@@ -63,6 +64,12 @@ def greensward(monkeypatch, capsys, tmp_path):
         return left.value.code, out, err
 
     return run
+
+
+def test_render_does_not_count_blades_that_a_technique_does_not_store(greensward, monkeypatch):
+    monkeypatch.setattr(FakeRenderer, "stored", 0)
+    _, out, _ = greensward(*RENDER, "--technique", "geometry-billboards")
+    assert out.startswith("a.png: 32×18, geometry-billboards on llvmpipe in 0.")
 
 
 RENDER = ("render", "meadow", "-o", "a.png", "--size", "32x18")

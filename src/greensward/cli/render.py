@@ -108,7 +108,5 @@ def render(
         return
     stages = ", ".join(f"{stage} {value:.1f}" for stage, value in seconds.items() if stage != "total")
     beside = f"; ground truth in {truth}" if truth else ""
-    print(
-        f"{output}: {width}×{height}, {blades:,} blades of {name} on {driver} "
-        f"in {seconds['total']:.1f} s ({stages}){beside}"
-    )
+    grass = f"{blades:,} blades of {name}" if blades else name  # some techniques store none
+    print(f"{output}: {width}×{height}, {grass} on {driver} in {seconds['total']:.1f} s ({stages}){beside}")
