@@ -50,18 +50,17 @@ def ids_of(field: Field) -> np.ndarray:
 
 def read_poses(page: Page) -> np.ndarray:
     """Control point and tip relative to the root, now and one frame ago, tile by tile: float64 (n, 2, 2, 3)."""
-    raw = np.frombuffer(page.poses.read(), _POSE)[page.tiles.rows()]
-    return np.stack([raw["now"], raw["previous"]], 1).reshape(len(raw), 2, 2, 3).astype(np.float64)
+    return _poses(np.frombuffer(page.poses.read(), _POSE)[page.tiles.rows()])
 
 
 def poses_of(field: Field) -> np.ndarray:
     """Poses of all blades in the order of `read_blades`, as `read_poses` has them."""
-    order = field.order()
-    poses = np.concatenate([read_poses(page) for page in field.pages])
-    pages = np.concatenate([np.full(page.count, number) for number, page in enumerate(field.pages)])
-    rows = np.concatenate([page.tiles.rows() for page in field.pages])
-    place = {at: i for i, at in enumerate(zip(pages.tolist(), rows.tolist(), strict=True))}
-    return poses[[place[at] for at in zip(order.page.tolist(), order.row.tolist(), strict=True)]]
+    by_id = [np.zeros(1, _POSE), *(np.frombuffer(page.poses.read(), _POSE) for page in field.pages)]
+    return _poses(np.concatenate(by_id)[ids_of(field)])
+
+
+def _poses(raw: np.ndarray) -> np.ndarray:
+    return np.stack([raw["now"], raw["previous"]], 1).reshape(len(raw), 2, 2, 3).astype(np.float64)
 
 
 def up_of(blades: np.ndarray) -> np.ndarray:

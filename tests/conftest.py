@@ -154,7 +154,7 @@ def sow(device: Device) -> Iterator[Callable[..., Field]]:
 
 @pytest.fixture
 def coarse_far(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What lies beyond `sowing.traced_m` is shown by billboards of few texels."""
+    """Billboards beyond `sowing.traced_m` have few texels."""
     monkeypatch.setattr(techniques, "_FAR", techniques._FAR.model_copy(update={"texture_px": COARSE_PX}))
 
 

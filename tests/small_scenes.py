@@ -31,6 +31,15 @@ _BASE: dict[str, Any] = {
 }
 NOISE = {"kind": "noise", "size_m": [80.0, 80.0], "samples": 65, "height_m": 8.0, "wavelength_m": 25.0, "octaves": 3}
 
+DRONE = {
+    "kind": "sphere",
+    "position_m": [0.0, 1.0, 0.0],
+    "drawn": False,
+    "collides": False,
+    "path": {"times_s": [0.0, 2.0], "positions_m": [[-6.0, 1.0, 0.0], [6.0, 1.0, 0.0]]},
+}
+"""Object that nothing shows, for winds that objects make."""
+
 
 COARSE_PX = 128
 """Texels of a billboard unless a test asks for others: they are drawn in a tenth of the time of the default's."""

@@ -7,7 +7,7 @@ import greensward as gs
 from greensward.scene.load import named_files
 from greensward.scene.wind import Wind
 from greensward.techniques import TECHNIQUES
-from small_scenes import COARSE_PX, small_scene
+from small_scenes import COARSE_PX, DRONE, small_scene
 
 _PRESETS = (
     "derstroff",
@@ -31,13 +31,6 @@ _WINDS = {
     "ripples": {"kind": "ripples"},
 }
 _KINDS = tuple(_WINDS)
-_DRONE = {
-    "kind": "sphere",
-    "position_m": [0.0, 1.0, 0.0],
-    "drawn": False,
-    "collides": False,
-    "path": {"times_s": [0.0, 1.0], "positions_m": [[-6.0, 1.0, 0.0], [6.0, 1.0, 0.0]]},
-}
 _TECHNIQUES = [technique.name for technique in TECHNIQUES]
 _USUAL = gs.TechniqueChoice().name
 _SIZE = 96, 54
@@ -120,7 +113,7 @@ def test_every_wind_moves_grass_with_every_technique(renderer, still_images, tec
         wind=[_WINDS[kind]],
         technique={"name": technique},
         simulation={"settle_s": 0.1} if simulated else None,
-        object=[_DRONE],
+        object=[DRONE],
     )
     drawn = renderer(scene, size=_SIZE)
     first, second = (drawn.render(time_s).image.astype(int) for time_s in (0.4, 0.8))

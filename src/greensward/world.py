@@ -110,7 +110,7 @@ class World:
             return
         focus = (cell + 0.5) * self._step_m
         if self._sown:
-            preserve = self._simulation.preserve if self._simulation else lambda _: None
+            preserve = self._simulation.preserve if self._simulation else None
             if self.field.sow(focus, self._step_m * np.sqrt(0.5), preserve):
                 self.visible.forget()
         self._focus = focus

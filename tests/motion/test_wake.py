@@ -31,7 +31,7 @@ def _path(time_s: float) -> np.ndarray:
 
 
 class _Shown:
-    """What a field shows."""
+    """Layers of a wind field that are kept here in place of a GPU."""
 
     def show(self, before: Grid, now: Grid, times_s: tuple[float, float]) -> None:
         self.before, self.now, self.times_s = before, now.copy(), times_s

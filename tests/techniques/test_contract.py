@@ -29,7 +29,7 @@ UNCOUNTED = {"billboard-grid"}
 """Those that have no blades to count."""
 SKY, GROUND, GRASS_CLASS, FLOWER, OBJECT, _ = SurfaceClass
 SMALL = 96, 54
-"""Of a picture in which any difference shows."""
+"""Size of a picture in which any difference shows."""
 NAMES = [technique.name for technique in TECHNIQUES]
 pytestmark = pytest.mark.parametrize("technique", NAMES)
 

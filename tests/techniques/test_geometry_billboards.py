@@ -15,7 +15,7 @@ from greensward.techniques.geometry_billboards.tiles import LEVELS, TILE, rings_
 from oracles import billboards
 from reprojection import world_points
 from shader_calls import shader_call
-from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
+from small_scenes import BREEZE, DRONE, GRASS, NOISE, small_scene, with_pictures
 
 _FOLDER = "techniques/geometry_billboards"
 _GRASS = SurfaceClass.GRASS
@@ -485,15 +485,8 @@ _MORE = {
 
 @pytest.mark.parametrize("kind", [kind for kind in _kinds() if kind != "texture"])
 def test_every_wind_bends_it(renderer, kind):
-    drone = {
-        "kind": "sphere",
-        "position_m": [0.0, 1.0, 0.0],
-        "drawn": False,
-        "collides": False,
-        "path": {"times_s": [0.0, 2.0], "positions_m": [[-6.0, 1.0, 0.0], [6.0, 1.0, 0.0]]},
-    }
     still, blown = (
-        renderer(_scene(wind=wind, object=[drone])).render(1.3, aovs=["depth"]).truth["depth"]
+        renderer(_scene(wind=wind, object=[DRONE])).render(1.3, aovs=["depth"]).truth["depth"]
         for wind in ([], [{"kind": kind, **_MORE.get(kind, {})}])
     )
     assert (still != blown).mean() > 0.02

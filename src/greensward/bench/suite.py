@@ -222,9 +222,9 @@ def _row(job: _Job, wanted: Wanted, at: Pace) -> dict[str, Any]:
     kind = InstancedStrips if job.technique == STRIPS else Renderer
     began_s = time.perf_counter()
     with kind(scene, size=job.size, device=wanted.device) as subject:
-        if job.case.frames and at.name == "quick" and not (wanted.frames or subject.device.software):
-            at = replace(at, frames=job.case.frames, most_s=math.inf)
         case = job.case
+        if case.frames and at.name == "quick" and not (wanted.frames or subject.device.software):
+            at = replace(at, frames=case.frames, most_s=math.inf)
         measured = measure(
             subject,
             scene.camera,

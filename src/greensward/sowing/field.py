@@ -72,7 +72,7 @@ class Field:
         self,
         focus_ws: npt.ArrayLike,
         slack_m: float,
-        before: Callable[[Sequence[tuple[Page, Tiles]]], None] = lambda _: None,
+        before: Callable[[Sequence[tuple[Page, Tiles]]], None] | None = None,
     ) -> bool:
         """Make the tiles around a focus resident, good for cameras up to `slack_m` from it; those that are stay.
 
@@ -93,7 +93,8 @@ class Field:
             candidates = int(missing["candidates"].sum())
             if self._to_sow or candidates > self._on_ground.free:
                 self._refuse_too_many(candidates)
-            before(self._on_ground.dropped(stays))
+            if before:
+                before(self._on_ground.dropped(stays))
             self._sow_objects()
             self._on_ground.replace(missing, stays, self._bounds(missing), self._next_id, self._refuse_ids)
             if self._transform:

@@ -65,9 +65,12 @@ def label_of(name: str) -> str:
 @cache
 def fields_of(model: type[BaseModel]) -> tuple[FieldSpec, ...]:
     """Return the keys of a model in its order, without those that can have one value only, such as `kind`."""
-    fixed = {name for name, field in model.model_fields.items() if len(get_args(field.annotation)) == 1}
-    fixed = {name for name in fixed if get_origin(model.model_fields[name].annotation) is Literal}
-    found = [_field(model, name) for name in model.model_fields if name not in fixed]
+    kinds = {name: field.annotation for name, field in model.model_fields.items()}
+    found = [
+        _field(model, name)
+        for name, kind in kinds.items()
+        if not (get_origin(kind) is Literal and len(get_args(kind)) == 1)
+    ]
     labels = [spec.label for spec in found]
     # `texture` and `texture_m` are different keys
     return tuple(
