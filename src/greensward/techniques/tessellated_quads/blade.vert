@@ -75,7 +75,8 @@ void main() {
     if (!fetch(b, h, tip, before, id)) return;
     Parameters own = parametersAt(b);
     if (bladeRank(b) > own.density) return;
-    uvec3 bits = hash3(uvec3(b.chance, b.flags, floatBitsToUint(b.facing)));
+    // without the rank, which is rounded to the level of the tile that holds the blade
+    uvec3 bits = hash3(uvec3(b.chance >> 16u, b.flags, floatBitsToUint(b.facing)));
     vec3 random = unit(bits), more = unit(hash3(bits));
     vec3 up = bladeUp(b), front, side;
     bladeFrame(up, b.facing, front, side);
