@@ -124,9 +124,13 @@ def blades(size: Size, samples: int) -> Picture:  # noqa: ARG001
     )
     double = size[0] * 2, size[1] * 2
     frame = draw(scene, double, 1, camera=camera, aovs=["blade_id"])
-    ids = frame.truth["blade_id"].astype(np.uint64)
+    ids = frame.truth["blade_id"]
     hues = np.stack(
-        [(ids * factor >> np.uint64(7)) % 200 + 40 for factor in (2654435761, 2246822519, 3266489917)], -1
+        [
+            (ids * np.uint64(factor) >> np.uint64(32)) % np.uint64(200) + 40
+            for factor in (2654435761, 2246822519, 3266489917)
+        ],
+        -1,
     )
     grey = frame.image.mean(-1, keepdims=True)
     painted = np.where(ids[..., None] > 0, np.clip(hues * (0.35 + grey / 160.0), 0, 255), 0.5 * grey)
@@ -199,7 +203,9 @@ def truth(size: Size, samples: int) -> Picture:  # noqa: ARG001
         [[150, 190, 230], [120, 88, 60], [96, 150, 56], [222, 80, 60], [110, 110, 120], [60, 90, 200]], np.uint8
     )
     ids = arrays["blade_id"]
-    mixed = ids[..., None] * np.array([2654435761, 2246822519, 3266489917], np.uint32) >> np.uint32(24)
+    mixed = ids[..., None] * np.array([2654435761, 2246822519, 3266489917], np.uint64) >> np.uint64(24) & np.uint64(
+        255
+    )
     motion = np.clip(0.5 + arrays["motion"] / 3.0, 0.0, 1.0)
     colours = {
         "depth": np.repeat(depth[..., None], 3, axis=2),

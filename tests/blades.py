@@ -34,18 +34,27 @@ assert (BLADE.itemsize, _POSE.itemsize, _STATE.itemsize) == tuple(
 
 def read_blades(field: Field) -> np.ndarray:
     """All blades of a field, in its own order."""
-    return blades_by_id(field)[ids_of(field)]
+    return blades_by_number(field)[all_numbers(field)]
 
 
-def blades_by_id(field: Field) -> np.ndarray:
-    """Blades by their ids; ids that no blade has are between them, and 0 is one."""
+def blades_by_number(field: Field) -> np.ndarray:
+    """Blades by their numbers in a frame; numbers that no blade has are between them, and 0 is one."""
     return np.concatenate([np.zeros(1, BLADE), *(np.frombuffer(page.blades.read(), BLADE) for page in field.pages)])
 
 
-def ids_of(field: Field) -> np.ndarray:
-    """Id of each blade, in the order of `read_blades`."""
+def numbers_of(field: Field, ids: np.ndarray) -> np.ndarray:
+    """Numbers of stored blades by their permanent ids, int64 of the same shape; 0 for what is none."""
+    numbers = np.concatenate([[0], all_numbers(field)])
+    known = np.concatenate([[np.uint64(0)], field.identify(numbers[1:].astype(np.uint32))])
+    order = np.argsort(known)
+    at = np.minimum(np.searchsorted(known[order], ids), len(order) - 1)
+    return np.where(known[order][at] == ids, numbers[order][at], 0)
+
+
+def all_numbers(field: Field) -> np.ndarray:
+    """Number of each blade in a frame, in the order of `read_blades`."""
     order = field.order()
-    return np.array([page.first_id for page in field.pages], np.int64)[order.page] + order.row
+    return np.array([page.first_number for page in field.pages], np.int64)[order.page] + order.row
 
 
 def read_poses(page: Page) -> np.ndarray:
@@ -55,8 +64,8 @@ def read_poses(page: Page) -> np.ndarray:
 
 def poses_of(field: Field) -> np.ndarray:
     """Poses of all blades in the order of `read_blades`, as `read_poses` has them."""
-    by_id = [np.zeros(1, _POSE), *(np.frombuffer(page.poses.read(), _POSE) for page in field.pages)]
-    return _poses(np.concatenate(by_id)[ids_of(field)])
+    by_number = [np.zeros(1, _POSE), *(np.frombuffer(page.poses.read(), _POSE) for page in field.pages)]
+    return _poses(np.concatenate(by_number)[all_numbers(field)])
 
 
 def _poses(raw: np.ndarray) -> np.ndarray:

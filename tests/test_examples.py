@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 import greensward as gs
+from blades import blades_by_number, numbers_of
 from greensward.ground import HeightField
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -129,10 +130,10 @@ def most_density(folder: Path, size_m: tuple[float, float], x, z) -> np.ndarray:
 
 def shown_roots(renderer, truth) -> tuple[np.ndarray, np.ndarray]:
     """Where the blades stand whose ids the picture shows: x and z."""
-    words = [np.frombuffer(page.blades.read(), np.float32).reshape(-1, 16) for page in renderer._world.field.pages]
-    ids = np.unique(truth["blade_id"])
-    roots = np.concatenate(words)[ids[ids > 0] - 1]
-    return roots[:, 0].astype(float), roots[:, 2].astype(float)
+    field = renderer._world.field
+    numbers = np.unique(numbers_of(field, truth["blade_id"]))
+    x, _, z = blades_by_number(field)["root"][numbers[numbers > 0]].astype(float).T
+    return x, z
 
 
 def places(truth) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 
 import moderngl
+import numpy as np
+import numpy.typing as npt
 
 from greensward.gpu.buffers import release_all
 from greensward.gpu.depth import ReversedDepth
@@ -15,7 +17,10 @@ from greensward.passes.gbuffer import GBuffer
 from greensward.passes.heads import Heads
 from greensward.passes.solids import Solids
 from greensward.passes.terrain import Terrain
+from greensward.scene.classes import BLADE_NUMBER_BITS, SurfaceClass
 from greensward.scene.field import MOST_CASCADES
+from greensward.sowing.blade import FIRST_TRACED
+from greensward.sowing.identity import Ids
 from greensward.techniques import AnyTechnique, Needs
 from greensward.world import FrameTime, World
 
@@ -120,6 +125,27 @@ class GeometryPasses:
         assert pyramid
         pyramid.build(view.size_px)
         self._world.bindings["DepthPyramid"] = pyramid.buffer
+
+    def identify(self, kinds: npt.NDArray[np.uint8], numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Find the permanent ids of what the last picture shows, from `SurfaceClass` and number of each pixel.
+
+        uint64 of the same shape; 0 where there is no blade.
+        """
+        ids, left = np.zeros(numbers.shape, np.uint64), numbers > 0
+        flowers = np.uint32((1 << BLADE_NUMBER_BITS) - 1) - numbers
+        # flowers are numbered from the other end than blades
+        parts: list[tuple[npt.NDArray[np.bool_], npt.NDArray[np.uint32], Callable[..., Ids]]] = [
+            ((kinds == SurfaceClass.FLOWER) & (flowers < self.flowers.most), flowers, self.flowers.identify),
+            *([(numbers >= FIRST_TRACED, numbers, self._far.identify)] if self._far else []),
+            (left, numbers, self._technique.identify),
+        ]
+        for which, own, identify in parts:
+            mine = left & which
+            left = left & ~mine
+            found, at = np.unique(own[mine], return_inverse=True)
+            if len(found):
+                ids[mine] = identify(found)[at]
+        return ids
 
     def release(self) -> None:
         """Free the GPU resources."""

@@ -402,7 +402,7 @@ class Renderer:
                     with self.timers.measure("post"):
                         self._blade_pixels.count(self._gbuffer)
                     if aovs:
-                        truth = read_truth(self._gbuffer, aovs)
+                        truth = read_truth(self._gbuffer, aovs, self._geometry.identify)
                 if self._blur:
                     with self.timers.measure("blur"):
                         light = self._blur.run(light)

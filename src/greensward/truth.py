@@ -1,7 +1,7 @@
 """Ground truth of a frame, read from its G-buffer: exact, one sample at each pixel's centre, never blended."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import moderngl
@@ -11,22 +11,24 @@ import numpy.typing as npt
 from greensward.aovs import unknown_aov
 from greensward.passes.gbuffer import GBuffer
 from greensward.scene import Camera, InputError
-from greensward.scene.classes import BLADE_ID_BITS, SurfaceClass
+from greensward.scene.classes import SurfaceClass
+from greensward.sowing.identity import Ids
 
 Truth = dict[str, npt.NDArray[Any]]
 
 
-def read_truth(gbuffer: GBuffer, aovs: Sequence[str]) -> Truth:
+def read_truth(gbuffer: GBuffer, aovs: Sequence[str], identify: Callable[..., Ids]) -> Truth:
     """Arrays of height × width (× channels), top row first, keyed by name.
 
     `depth` float32 metres along the view axis, inf for sky; `normal` float32 world space, 0 for sky; `class`
-    uint8, a `SurfaceClass`; `blade_id` uint32, 0 where no blade shows; `motion` float32 pixels (right, down) since
-    the previous frame; `albedo` float32 linear 0..1. Raises `InputError` for an unknown name.
+    uint8, a `SurfaceClass`; `blade_id` uint64, 0 where no blade shows; `motion` float32 pixels (right, down) since
+    the previous frame; `albedo` float32 linear 0..1. `identify` finds ids by class and number. Raises `InputError`
+    for an unknown name.
     """
     if unknown := unknown_aov(aovs):
         raise InputError(f"aovs: {unknown}")
     truth: Truth = {}
-    surface_id, depth = gbuffer.read_surface()
+    kinds, numbers, depth = gbuffer.read_surface()
     surface = np.isfinite(depth)[..., None]
     for name in aovs:
         if name == "depth":
@@ -35,9 +37,9 @@ def read_truth(gbuffer: GBuffer, aovs: Sequence[str]) -> Truth:
             octahedral = _read(gbuffer.normal, np.float16, 4)[..., :2].astype(np.float32)
             truth["normal"] = np.where(surface, _decode_normal(octahedral), np.float32(0.0))
         elif name == "class":
-            truth["class"] = (surface_id >> BLADE_ID_BITS).astype(np.uint8)
+            truth["class"] = kinds
         elif name == "blade_id":
-            truth["blade_id"] = surface_id & np.uint32((1 << BLADE_ID_BITS) - 1)
+            truth["blade_id"] = identify(kinds, numbers)
         elif name == "motion":
             # rows run down in a picture and up in OpenGL
             motion = _read(gbuffer.motion, np.float32, 2) * np.array([1.0, -1.0], np.float32)

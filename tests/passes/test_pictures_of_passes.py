@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from blades import BLADE, has_head
+from blades import blades_by_number, has_head, numbers_of
 from greensward.ground.noise import octaves
 from greensward.scene import SurfaceClass
 from oracles import terrain, tone
@@ -210,8 +210,8 @@ def test_heads_sit_at_the_tips(renderer):
     truth = drawn.render(aovs=["class", "depth", "blade_id"]).truth
     rows, columns = np.nonzero((truth["class"] == SurfaceClass.FLOWER) & (truth["depth"] < 4.5))
     assert len(rows) > 100
-    (page,) = drawn._world.field.pages
-    blade = np.frombuffer(page.blades.read(), BLADE)[truth["blade_id"][rows, columns].astype(int) - 1]
+    field = drawn._world.field
+    blade = blades_by_number(field)[numbers_of(field, truth["blade_id"][rows, columns])]
     p = world_points(drawn, scene.camera, truth["depth"])[rows, columns]
     assert np.linalg.norm(p - blade["tip"], axis=1).max() < 0.12
     assert has_head(blade).all()

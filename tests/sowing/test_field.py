@@ -1,12 +1,13 @@
 """The field: the same bytes from the same seed, as dense as asked, nothing where nothing may grow."""
 
 import re
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from blades import BLADE, blades_by_id, has_head, points, read_blades, species_of, up_of
+from blades import BLADE, blades_by_number, has_head, numbers_of, points, read_blades, species_of, up_of
 from greensward.ground import HeightField
 from greensward.ground.noise import octaves
 from greensward.scene import InputError
@@ -15,6 +16,7 @@ from greensward.sowing import sower as sower_module
 from greensward.sowing.blade import BladeFlag
 from greensward.sowing.pages import page_numbers
 from greensward.sowing.species import leaf_edge_m
+from greensward.sowing.streaming import StreamedPages
 from oracles import bezier, sowing
 from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
 
@@ -421,10 +423,16 @@ def test_a_hundred_million_blades_are_refused_before_anything_is_allocated(sow, 
     assert "\n" not in message
     assert "lower sowing.density_per_m2" in message
     if free_gib == 1:
-        assert f"{million * 1e6 * 88 / 2**30:,.1f}"[:3] in message
+        assert f"{million * 1e6 * 96 / 2**30:,.1f}"[:3] in message
         assert "this device can give 1.0 GiB" in message
     else:
         assert "must be at most 134 million blades" in message
+    fits = float(re.search(r"sowing.full_density_m to ([\d.]+)$", message)[1])
+    assert 10.0 < fits < 80.0
+    monkeypatch.setattr(StreamedPages, "replace", lambda *_: None)
+    for part, refused in ((0.99, nullcontext()), (1.03, pytest.raises(InputError))):
+        with refused:
+            sow(small_scene(sowing={**scene.sowing.model_dump(), "full_density_m": part * fits}))
 
 
 def test_a_refusal_leaves_the_field_as_it_was(sow, monkeypatch):
@@ -466,7 +474,10 @@ def test_no_page_is_larger_than_a_storage_block(device, sow, monkeypatch):
     assert len(field.pages) > 5
     assert max(page.blades.size for page in field.pages) <= 3000 * 64
     assert np.array_equal(np.unique(read_blades(field)["root"], axis=0), np.unique(whole["root"], axis=0))
-    assert [page.first_id for page in field.pages] == [1, *(1 + np.cumsum([p.capacity for p in field.pages])[:-1])]
+    assert [page.first_number for page in field.pages] == [
+        1,
+        *(1 + np.cumsum([p.capacity for p in field.pages])[:-1]),
+    ]
 
 
 def test_a_tile_too_large_for_a_page_is_split(device, sow, monkeypatch):
@@ -490,10 +501,10 @@ def test_several_pages_draw_the_same_picture(device, renderer, monkeypatch):
     split = renderer(scene)
     many = split.render(1.0, aovs=aovs)
     assert len(split._world.field.pages) > 2
-    for name in ("class", "depth", "motion"):
+    for name in aovs:
         assert np.array_equal(one.truth[name], many.truth[name]), name
     roots = [
-        blades_by_id(drawn._world.field)["root"][frame.truth["blade_id"]]
+        blades_by_number(drawn._world.field)["root"][numbers_of(drawn._world.field, frame.truth["blade_id"])]
         for drawn, frame in ((whole, one), (split, many))
     ]
     assert np.array_equal(*roots)

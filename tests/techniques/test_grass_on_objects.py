@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from blades import numbers_of
 from greensward.scene import SurfaceClass
 from greensward.techniques import TECHNIQUES
 from reprojection import world_points
@@ -47,8 +48,8 @@ def test_grass_moves_as_its_object_does(renderer, technique, way):
     drawn.render(0.5)
     truth = drawn.render(0.55, aovs=("motion", "depth", "class", "blade_id")).truth
     page = next(page for page in drawn._world.field.pages if page.object_index is not None)
-    ids = truth["blade_id"].astype(int) - page.first_id
-    mine = (truth["blade_id"] > 0) & (ids >= 0) & (ids < page.count)
+    numbers = numbers_of(drawn._world.field, truth["blade_id"]) - page.first_number
+    mine = (truth["blade_id"] > 0) & (numbers >= 0) & (numbers < page.count)
     now, then = (drawn._world.placing.at(time_s)[0] for time_s in (0.55, 0.5))
     before = world_points(drawn, scene.camera, truth["depth"])[mine] @ (then @ np.linalg.inv(now))[:3, :3].T
     before += (then @ np.linalg.inv(now))[:3, 3]
@@ -88,9 +89,9 @@ def test_the_map_of_the_ground_does_not_colour_grass_on_objects(renderer, techni
     drawn = renderer(scene)
     truth = drawn.render(aovs=("albedo", "blade_id")).truth
     page = next(page for page in drawn._world.field.pages if page.object_index is not None)
-    ids = truth["blade_id"].astype(int)
-    on_object = (ids >= page.first_id) & (ids < page.first_id + page.count)
-    on_ground = (ids > 0) & ~on_object
+    numbers = numbers_of(drawn._world.field, truth["blade_id"])
+    on_object = (numbers >= page.first_number) & (numbers < page.first_number + page.count)
+    on_ground = (numbers > 0) & ~on_object
     red_of, green_of = truth["albedo"][..., 0], truth["albedo"][..., 1]
     assert on_object.sum() > 300
     assert on_ground.sum() > 300

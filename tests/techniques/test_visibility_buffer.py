@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import greensward.techniques.visibility_buffer as visibility_buffer
-from blades import read_blades, read_poses, up_of
+from blades import numbers_of, read_blades, read_poses, up_of
 from greensward.scene import Camera, InputError, SurfaceClass
 from greensward.viewpoint import camera_view
 from oracles import culling, strips
@@ -81,17 +81,17 @@ def test_every_pixel_shows_the_blade_that_float64_finds_there(renderer):
     quads = strips.on_screen(strips.corners(root, control, tip, side, width, 3), view.clip_from_world, size)
     quads[(quads[..., 2] <= 0.0).any((1, 2))] = -1e6  # behind the camera
     owner, nearness, margin = strips.fill(quads, size)
-    ids, certain = truth["blade_id"][::-1], margin > 0.02
+    numbers, certain = numbers_of(drawn._world.field, truth["blade_id"])[::-1], margin > 0.02
     assert certain.mean() > 0.9
     assert (owner[certain] > 0).sum() > 300
-    np.testing.assert_array_equal(ids[certain], owner[certain])
+    np.testing.assert_array_equal(numbers[certain], owner[certain])
     shown = certain & (owner > 0)
     np.testing.assert_allclose(truth["depth"][::-1][shown], 1.0 / nearness[shown], rtol=1e-4)
     # also at the edges, a pixel shows only a blade that covers its centre, but for rounding
-    lone = np.unique(ids[(ids > 0) & ~certain])
+    lone = np.unique(numbers[(numbers > 0) & ~certain])
     for blade in lone[:20]:
         only, _, near = strips.fill(quads[blade - 1 : blade], size)
-        assert ((only > 0) | (near < 0.02))[ids == blade].all()
+        assert ((only > 0) | (near < 0.02))[numbers == blade].all()
 
 
 def _across(up, facing, chord):

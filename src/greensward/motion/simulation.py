@@ -32,8 +32,8 @@ STATE = struct(
     ("vz", "float"),
     ("step", "float"),  # up to which it was advanced
 )
-# a state by the root of its blade
-_ENTRY = struct("Entry", ("x", "float"), ("y", "float"), ("z", "float"), ("pose", "uint", 3), ("state", STATE))
+# a state by the id of its blade
+_ENTRY = struct("Entry", ("low", "uint"), ("high", "uint"), ("pose", "uint", 3), ("state", STATE))
 _MOST_STEPS = 30  # per dispatch, so that drivers do not take it for a hang
 _SHOWN_FIRST, _SHOWN_LAST = 1, 2
 _STATE_WORDS, _POSE_WORDS = STATE.dtype.itemsize // WORD, POSE.dtype.itemsize // WORD
@@ -191,7 +191,7 @@ class BladeSimulation:
     # Tiles that go and come -----------------------------------------------------------------------------------
 
     def preserve(self, going: Sequence[tuple[Page, Tiles]]) -> None:
-        """Preserve the states of tiles that are about to go, by the places of their blades' roots."""
+        """Preserve the states of tiles that are about to go, by the ids of their blades."""
         held = [
             (page, tiles.where(np.isin(tiles.serial, self._simulated[page])))
             for page, tiles in going
@@ -229,7 +229,8 @@ class BladeSimulation:
             if blades.count:
                 kernel.run(
                     blades.groups,
-                    **page.bindings,
+                    Ids=page.ids,
+                    Poses=page.poses,
                     States=self._state(page),
                     Claims=claims,
                     Entries=entries,

@@ -13,7 +13,7 @@ void main() {
     for (int y = first.y; y < end.y; y++) {
         for (int x = first.x; x < end.x; x++) {
             uvec2 surface = texelFetch(gbuffer_surface, ivec2(x, y), 0).rg;
-            if (surfaceClassOf(surface) == CLASS_GRASS && bladeIdOf(surface) != 0u) count++;
+            if (surfaceClassOf(surface) == CLASS_GRASS && bladeNumberOf(surface) != 0u) count++;
         }
     }
     counts[square.y * squares.x + square.x] = count;

@@ -11,6 +11,7 @@ from greensward.gpu.depth import ReversedDepth
 from greensward.gpu.device import IMAGES_WRITTEN, Device, Stage
 from greensward.gpu.kernels import Bindings, Kernel
 from greensward.gpu.layouts import WORD
+from greensward.scene.classes import BLADE_NUMBER_BITS
 
 _COLOUR, _DEPTH = 0x1800, 0x1801
 _SURFACE = 3
@@ -64,11 +65,15 @@ class GBuffer:
         else:
             self._clear_uint(_COLOUR, _SURFACE, self._empty_surface)
 
-    def read_surface(self) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.float32]]:
-        """Read back class and id, and linear depth in metres, inf for sky: (height, width) each, top row first."""
+    def read_surface(self) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint32], npt.NDArray[np.float32]]:
+        """Read back class, number of the blade, and linear depth in metres: (height, width) each, top row first.
+
+        The number is 0 where no blade shows, and the depth inf for sky.
+        """
         width, height = self.size
         words = np.frombuffer(self.surface.read(), np.uint32).reshape(height, width, 2)[::-1]
-        return words[..., 0].copy(), words[..., 1].copy().view(np.float32)
+        kinds = (words[..., 0] >> BLADE_NUMBER_BITS).astype(np.uint8)
+        return kinds, words[..., 0] & np.uint32((1 << BLADE_NUMBER_BITS) - 1), words[..., 1].copy().view(np.float32)
 
     def release(self) -> None:
         """Free the GPU memory."""

@@ -2,8 +2,8 @@
 
 from enum import IntEnum
 
-BLADE_ID_BITS = 27
-"""Lower bits of a pixel's id, which hold the blade's; the class is above them."""
+BLADE_NUMBER_BITS = 27
+"""Lower bits of a pixel's surface, which hold the number of the blade in this frame; the class is above them."""
 
 
 class SurfaceClass(IntEnum):

@@ -13,7 +13,7 @@ void emitSurface(Surface s, ivec2 pixel, float depth_m) {
     imageStore(colour_image, pixel, packColour(s.baseColour, s.transmittance));
     imageStore(normal_image, pixel, packNormal(s.normal_ws, s.occlusion, s.roughness));
     imageStore(motion_image, pixel, vec4(packMotion(vec2(pixel) + 0.5, s.previousClip), 0.0, 0.0));
-    imageStore(surface_image, pixel, uvec4(packSurface(s.surfaceClass, s.bladeId, depth_m), 0u, 0u));
+    imageStore(surface_image, pixel, uvec4(packSurface(s.surfaceClass, s.bladeNumber, depth_m), 0u, 0u));
 }
 #else
 layout(location = 0) out vec4 colour_out;
@@ -26,7 +26,7 @@ void emitSurface(Surface s, float depth_m) {
     colour_out = packColour(s.baseColour, s.transmittance);
     normal_out = packNormal(s.normal_ws, s.occlusion, s.roughness);
     motion_out = packMotion(gl_FragCoord.xy, s.previousClip);
-    surface_out = packSurface(s.surfaceClass, s.bladeId, depth_m);
+    surface_out = packSurface(s.surfaceClass, s.bladeNumber, depth_m);
 }
 
 void emitSurface(Surface s) { emitSurface(s, 1.0 / gl_FragCoord.w); }

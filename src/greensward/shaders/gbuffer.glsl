@@ -1,7 +1,7 @@
 // Layout of the G-buffer: how a surface is packed, and how a full-screen pass reads it.
 #include "shaders/octahedral.glsl"
 #include "layout/SurfaceClass"
-#include "layout/SurfaceId"
+#include "layout/SurfaceBits"
 #include "layout/View"
 
 uniform sampler2D gbuffer_colour;
@@ -24,13 +24,13 @@ vec2 packMotion(vec2 pixel_centre, vec4 previousClip) {
     return 0.5 * (now - previousClip.xy / previousClip.w) * view.size_px.xy;
 }
 
-uvec2 packSurface(uint surfaceClass, uint bladeId, float depth_m) {
-    return uvec2(surfaceClass << BLADE_ID_BITS | bladeId, floatBitsToUint(depth_m));
+uvec2 packSurface(uint surfaceClass, uint bladeNumber, float depth_m) {
+    return uvec2(surfaceClass << BLADE_NUMBER_BITS | bladeNumber, floatBitsToUint(depth_m));
 }
 
-uint surfaceClassOf(uvec2 surface) { return surface.x >> BLADE_ID_BITS; }
+uint surfaceClassOf(uvec2 surface) { return surface.x >> BLADE_NUMBER_BITS; }
 
-uint bladeIdOf(uvec2 surface) { return surface.x & BLADE_ID_MASK; }
+uint bladeNumberOf(uvec2 surface) { return surface.x & BLADE_NUMBER_MASK; }
 
 float depthOf(uvec2 surface) { return uintBitsToFloat(surface.y); }
 

@@ -6,6 +6,6 @@ struct Surface {
     float occlusion;      // 1 open to the sky, 0 closed
     float roughness;
     uint surfaceClass;
-    uint bladeId;         // 0 where no blade shows
+    uint bladeNumber;         // 0 where no blade shows
     vec4 previousClip;    // this point of the surface one frame ago, without jitter
 };

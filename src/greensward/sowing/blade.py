@@ -1,12 +1,14 @@
-"""Blades as they lie on the GPU: 64 bytes each, 24 of its pose, and the bits that a surface's id has for it."""
+"""Blades as they lie on the GPU: 64 bytes each, 24 of its pose, and the bits that a surface has for its number."""
 
 from enum import IntFlag
 
 from greensward.gpu.layouts import constants, enumeration, struct
-from greensward.scene.classes import BLADE_ID_BITS, SurfaceClass
+from greensward.scene.classes import BLADE_NUMBER_BITS, SurfaceClass
 
-MOST_BLADES = (1 << BLADE_ID_BITS) - 2
-"""Greatest id of a blade: 0 stands for none."""
+MOST_BLADES = (1 << BLADE_NUMBER_BITS) - 2
+"""Greatest number of a blade in a frame: 0 stands for none."""
+FIRST_TRACED = 1 << (BLADE_NUMBER_BITS - 1)
+"""First number of a blade in a picture of grass, whose other bits are a hash."""
 
 BLADE = struct(
     "Blade",
@@ -46,4 +48,12 @@ class BladeFlag(IntFlag):
 enumeration("BladeFlag", "BLADE", BladeFlag)
 enumeration("SurfaceClass", "CLASS", SurfaceClass)
 constants("BladeBits", {"SPECIES_MASK": 15}, unsigned=True)
-constants("SurfaceId", {"BLADE_ID_BITS": BLADE_ID_BITS, "BLADE_ID_MASK": (1 << BLADE_ID_BITS) - 1}, unsigned=True)
+constants(
+    "SurfaceBits",
+    {
+        "BLADE_NUMBER_BITS": BLADE_NUMBER_BITS,
+        "BLADE_NUMBER_MASK": (1 << BLADE_NUMBER_BITS) - 1,
+        "FIRST_TRACED": FIRST_TRACED,
+    },
+    unsigned=True,
+)

@@ -1,5 +1,6 @@
 // Runs grow() for every candidate of a tile. Without PLACE it marks those that grow; with PLACE, after
-// prefix_sum.comp counted them, it writes their blades in order, so that the same seed gives the same bytes.
+// prefix_sum.comp counted them, it writes their blades in order, so that the same seed gives the same bytes,
+// and identify() may note what it wrote where.
 
 #ifdef PLACE
 layout(std430) writeonly buffer Blades { Blade blades[]; };
@@ -22,6 +23,7 @@ void main() {
         if (!grow(tile, j, blade)) blade = Blade(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0u, 0, 0u, 0xffffu);
         uint at = count.start + mark.start + uint(bitCount(mark.grows & (bit - 1u)));
         blades[at] = blade;
+        identify(tile, j, at);
         if ((mark.heads & bit) != 0u)
             heads[count.head_start + mark.head_start + uint(bitCount(mark.heads & (bit - 1u)))] = at;
 #else

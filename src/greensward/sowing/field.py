@@ -7,15 +7,16 @@ import numpy.typing as npt
 
 from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
-from greensward.gpu.kernels import Bindings
+from greensward.gpu.kernels import Bindings, Kernel
 from greensward.gpu.layouts import BlockBuffer
 from greensward.gpu.memory import available_bytes
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.scene import InputError, Scene
-from greensward.sowing.blade import BLADE, MOST_BLADES, POSE
+from greensward.sowing.blade import BLADE, FIRST_TRACED, MOST_BLADES, POSE
 from greensward.sowing.growth import cover_at
+from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.sowing.objects import grassy_objects, sow_object
-from greensward.sowing.pages import Floats, Page, Tiles, UnstoredPage, starts
+from greensward.sowing.pages import ID_BYTES, Floats, Page, Tiles, UnstoredPage, starts
 from greensward.sowing.sower import TILE, Sower, Table
 from greensward.sowing.species import SWARD_BLOCK, leaf_edge_m, sward_values
 from greensward.sowing.streaming import Order, StreamedPages, keys_of
@@ -25,7 +26,7 @@ __all__ = ["Field", "Page", "Tiles"]
 
 _SPLIT = 4.5
 """A tile is nowhere nearer than this times its edge, or it is split."""
-_FIX = "lower sowing.density_per_m2, sowing.full_density_m or sowing.reach_m"
+_FIX = "lower sowing.density_per_m2, sowing.reach_m, or sowing.full_density_m"
 
 
 class Field:
@@ -57,6 +58,8 @@ class Field:
         self._on_ground = StreamedPages(device, self._sower, scene.growth is not None)
         self._unstored_keys: list[npt.NDArray[np.int64]] = []
         self._transform = BladeTransform(device, scene) if scene.growth or self._to_sow else None
+        self._identify: dict[bool, Kernel] = {}
+        """Kernel for pages that are not stored and for those that are, once asked for."""
 
     @property
     def pages(self) -> list[Page]:
@@ -80,11 +83,8 @@ class Field:
         whether anything changed. Raises `InputError` where the device's memory cannot hold the blades.
         """
         focus = np.asarray(focus_ws, np.float64)
-        tiles, away = self._tiles(focus, slack_m)
-        stored_m = self._scene.sowing.stored_m
-        stored = np.full(len(tiles), True) if stored_m is None else away < stored_m
-        unstored = tiles[~stored]
-        tiles = tiles[stored]
+        full_density_m = self._scene.sowing.full_density_m
+        tiles, unstored = self._tiles(focus, slack_m, full_density_m)
         tiles = tiles[np.argsort(keys_of(tiles), kind="stable")]
         new, stays = self._on_ground.missing(tiles)
         changed = bool(new.any() or not stays.all() or self._to_sow)
@@ -92,11 +92,11 @@ class Field:
             missing = tiles[new]
             candidates = int(missing["candidates"].sum())
             if self._to_sow or candidates > self._on_ground.free:
-                self._refuse_too_many(candidates)
+                self._refuse_too_many(candidates, lambda part: self._tiles(focus, slack_m, part * full_density_m)[0])
             if before:
                 before(self._on_ground.dropped(stays))
             self._sow_objects()
-            self._on_ground.replace(missing, stays, self._bounds(missing), self._next_id, self._refuse_ids)
+            self._on_ground.replace(missing, stays, self._bounds(missing), self._next_number, self._refuse_numbers)
             if self._transform:
                 self._transform.forget_ground()
         return self._leave_to_shaders(unstored) or changed
@@ -110,8 +110,41 @@ class Field:
             np.concatenate([*(page.tiles.serial for page in objects), ground.serial]),
         )
 
-    def _next_id(self) -> int:
-        """First id that no page has; 1 is the first of all."""
+    def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Find the permanent ids of blades by their numbers in this frame: uint64 (n,). Waits for the GPU."""
+        ids = np.zeros(len(numbers), np.uint64)
+        before, index = 0, None
+        pages: list[Page | UnstoredPage] = [*self.pages, *([self.unstored] if self.unstored else [])]
+        for page in pages:
+            mine = (numbers >= page.first_number) & (numbers - page.first_number < page.capacity)
+            rows = numbers[mine] - page.first_number
+            if page.object_index is None:
+                ids[mine] = self._ids_of(page, rows)
+                continue
+            before = before if page.object_index == index else 0
+            index = page.object_index
+            ids[mine] = blade_ids(BladeKind.OBJECT, index, before + rows.astype(np.int64))
+            before += page.capacity
+        return ids
+
+    def _ids_of(self, page: Page | UnstoredPage, rows: npt.NDArray[np.uint32]) -> Ids:
+        if not len(rows):
+            return np.zeros(0, np.uint64)
+        numbers, found = self._device.ctx.buffer(rows), self._device.ctx.buffer(reserve=ID_BYTES * len(rows))
+        named = {"Ids": page.ids} if isinstance(page, Page) else page.bindings
+        unstored = isinstance(page, UnstoredPage)
+        if unstored not in self._identify:
+            defines = {"UNSTORED": 1} if unstored else {}
+            self._identify[unstored] = Kernel(self._device, "sowing/identify.comp", defines, self.bindings)
+        kernel = self._identify[unstored]
+        kernel.run_over(len(rows), Numbers=numbers, Found=found, count=len(rows), **named)
+        self._device.ctx.memory_barrier()
+        ids = np.frombuffer(found.read(), np.uint64)
+        release_all(numbers, found)
+        return ids
+
+    def _next_number(self) -> int:
+        """First number that no page has; 1 is the first of all."""
         return 1 + sum(page.capacity for page in self.pages)
 
     def _leave_to_shaders(self, tiles: Table) -> bool:
@@ -134,9 +167,9 @@ class Field:
             self._device,
             Tiles(low, high, coverage, starts(-(-candidates // 32) * 32), up_to, none, none, none),
             lying,
-            self._next_id(),
+            self._next_number(),
         )
-        self._refuse_ids(page.count)
+        self._refuse_numbers(page.count)
         return page
 
     def _sow_objects(self) -> None:
@@ -146,7 +179,7 @@ class Field:
         while self._to_sow:
             grassy = self._to_sow.pop(0)
             self._on_objects += sow_object(
-                self._device, sower, grassy, self._page_blades, self.tallest_m, self._next_id()
+                self._device, sower, grassy, self._page_blades, self.tallest_m, self._next_number()
             )
         sower.release()
 
@@ -166,12 +199,12 @@ class Field:
         if self._scene.growth:
             self._block.set(grown=cover_at(self._scene.growth, time_s))
 
-    def _tiles(self, focus: Floats, slack_m: float) -> tuple[Table, Floats]:
-        """Tiles that touch the reach, and how far they are: each level twice as far and as large as the last."""
+    def _tiles(self, focus: Floats, slack_m: float, full_density_m: float) -> tuple[Table, Table]:
+        """Tiles within reach, each level twice as far and as large as the last: stored ones, and the others."""
         scene, sowing = self._scene, self._scene.sowing
         density, reach = sowing.density_per_m2, sowing.blades_m + slack_m
         if density <= 0 or not self._species_count or scene.ground.kind == "none":
-            return np.zeros(0, TILE.dtype), np.zeros(0)
+            return np.zeros(0, TILE.dtype), np.zeros(0, TILE.dtype)
         leaf = leaf_edge_m(density)
         level = max(0, int(np.ceil(np.log2(2.0 * reach / leaf))))
         size = leaf * 2.0**level
@@ -191,7 +224,7 @@ class Field:
                 keep &= np.all((low < half) & (low + size > -half), axis=1)
             xz, away = xz[keep], away[keep]
             # in steps, so that a tile stays as it is while the camera moves
-            halvings = np.floor(4.0 * np.log2(np.maximum(away / sowing.full_density_m, 1.0)))
+            halvings = np.floor(4.0 * np.log2(np.maximum(away / full_density_m, 1.0)))
             candidates = np.ceil(density * size * size * 2.0 ** (-0.5 * halvings))
             split = ((away < _SPLIT * size) | (candidates > self._page_blades)) & (level > 0)
             found.append((xz[~split], level, candidates[~split], away[~split]))
@@ -205,28 +238,40 @@ class Field:
         tiles["x"], tiles["z"] = np.concatenate(places).T
         tiles["level"] = np.repeat(levels, [len(each) for each in counts])
         tiles["candidates"] = np.minimum(np.concatenate(counts), 0xFFFFFFFF)
-        return tiles, np.concatenate(distances)
+        stored_m = sowing.stored_m
+        stored = np.full(len(tiles), True) if stored_m is None else np.concatenate(distances) < stored_m
+        return tiles[stored], tiles[~stored]
 
-    def _refuse_too_many(self, candidates: int) -> None:
+    def _refuse_too_many(self, candidates: int, thinned: Callable[[float], Table]) -> None:
+        """Refuse more blades than there is memory or are numbers for.
+
+        `thinned` finds the tiles that are stored with a part of `sowing.full_density_m`.
+        """
         ground, objects = candidates * self._ground.mean_density, sum(each.blades() for each in self._to_sow)
         blades = ground + objects
         blade_bytes = BLADE.dtype.itemsize
         grown = blade_bytes if self._scene.growth else 0
-        needed = blades * (blade_bytes + POSE.dtype.itemsize) + ground * grown + objects * blade_bytes
+        needed = blades * (blade_bytes + POSE.dtype.itemsize + ID_BYTES) + ground * grown + objects * blade_bytes
         free = available_bytes(self._device)
+        most = min(MOST_BLADES, free * blades / max(needed, 1.0)) - objects
         fix = "lower the density_per_m2 of the grass on objects" if objects > ground else _FIX
+        if objects <= ground and blades > most + objects:
+            fits = _largest_part(lambda part: thinned(part)["candidates"].sum() * self._ground.mean_density <= most)
+            if fits > 0.0:
+                fix += f" to {fits * self._scene.sowing.full_density_m:.3g}"
         if needed > free:
             raise InputError(
                 f"sowing: about {blades / 1e6:,.0f} million blades need {needed / 2**30:,.1f} GiB, "
                 f"and this device can give {free / 2**30:,.1f} GiB; {fix}"
             )
-        self._refuse_ids(blades, fix)
+        self._refuse_numbers(blades, fix)
 
-    def _refuse_ids(self, blades: float, fix: str = _FIX) -> None:
-        blades += self._next_id() - 1
-        if blades > MOST_BLADES:
+    def _refuse_numbers(self, blades: float, fix: str = _FIX) -> None:
+        blades += self._next_number() - 1
+        most = MOST_BLADES if self._scene.sowing.traced_m is None else FIRST_TRACED - 1
+        if blades > most:
             raise InputError(
-                f"sowing: must be at most {MOST_BLADES / 1e6:,.0f} million blades "
+                f"sowing: must be at most {most / 1e6:,.0f} million blades "
                 f"(got about {blades / 1e6:,.0f} million); {fix}"
             )
 
@@ -257,7 +302,15 @@ class Field:
         self.unstored = None
         release_all(*self._on_objects)
         self._on_objects = []
-        self._block.release()
-        self._sower.release()
+        release_all(self._block, self._sower, *self._identify.values())
         if self._transform:
             self._transform.release()
+
+
+def _largest_part(fits: Callable[[float], bool]) -> float:
+    """Find by bisection the largest part of a whole, 0 to 1, that fits; 0 where it is below a thousandth."""
+    low, high = 0.0, 1.0
+    for _ in range(10):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low

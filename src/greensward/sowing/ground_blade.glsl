@@ -1,20 +1,7 @@
 // A blade of the ground as a function of where it is tried: of the seed, the tile and its number there.
 #include "sowing/grow.glsl"
-#include "layout/Tile"
+#include "sowing/leaf.glsl"
 #include "sowing/clump.glsl"
-
-// Candidate j of a tile is blade j / 4^level of one of its 4^level leaves, visited in a scrambled order. So a prefix
-// of any tile is a fair sample of it, and a blade is the same whichever level of tile it is sown from.
-void leafOf(Tile tile, uint j, out ivec2 leaf, out uint index) {
-    leaf = ivec2(tile.x, tile.z);
-    for (int level = tile.level; level > 0; level--) {
-        uint turn = hash3(uvec3(uvec2(leaf), uint(level) + (sward.seed << 5u))).x >> 30u;
-        uint child = (j & 3u) ^ turn;
-        leaf = 2 * leaf + ivec2(child & 1u, child >> 1u);
-        j >>= 2u;
-    }
-    index = j;
-}
 
 // Additive recurrence with the plastic number (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
 // Sequences"), shifted per leaf and jittered by the spacing of the points so far: even cover with no lattice to see.

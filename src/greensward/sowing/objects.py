@@ -82,7 +82,7 @@ def _grassy(scene: Scene, number: int, mesh: TriMesh, fur: Fur) -> GrassyObject:
 
 
 def sow_object(
-    device: Device, sower: Sower, surface: GrassyObject, most: int, margin_m: float, first_id: int
+    device: Device, sower: Sower, surface: GrassyObject, most: int, margin_m: float, first_number: int
 ) -> list[Page]:
     """Blades of an object, at most `most` a tile; none stands out of its surface by more than `margin_m`."""
     share = min(most, _TILE_BLADES) // 2 / surface.density_per_m2
@@ -116,7 +116,7 @@ def sow_object(
                 "object_density_map": picture,
                 **buffers,
             },
-            pages[-1].first_id + pages[-1].capacity if pages else first_id,
+            pages[-1].first_number + pages[-1].capacity if pages else first_number,
             surface.index,
         )
         release_all(*buffers.values())

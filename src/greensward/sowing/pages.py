@@ -14,6 +14,7 @@ from greensward.gpu.kernels import Resource
 from greensward.gpu.layouts import WORD, struct
 from greensward.sowing.blade import BLADE, POSE
 
+ID_BYTES = 2 * WORD
 _UNSTORED_TILE = struct("UnstoredTile", ("x", "int"), ("z", "int"), ("level", "int"), ("first_candidate", "uint"))
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -75,14 +76,14 @@ class Page:
         device: Device,
         capacity: int,
         head_capacity: int,
-        first_id: int,
+        first_number: int,
         object_index: int | None = None,
         transformed: bool = False,
     ) -> None:
         self.count = self.head_count = 0
         self.capacity = capacity
-        """Number of blades that it has room for, each with an id from `first_id` on."""
-        self.first_id = first_id
+        """Number of blades that it has room for, each with an id from `first_number` on."""
+        self.first_number = first_number
         self.object_index = object_index
         """Index of the scene's object that the blades grow on; None on the ground."""
         self.previous_from_now: Floats = np.eye(4)
@@ -92,6 +93,8 @@ class Page:
         self.poses = zeros(device, capacity * POSE.dtype.itemsize)
         self.heads = device.ctx.buffer(reserve=max(head_capacity, 1) * WORD)
         self.sown = device.ctx.buffer(reserve=blade_bytes) if transformed else None
+        self.ids = device.ctx.buffer(reserve=capacity * ID_BYTES) if object_index is None else None
+        """Permanent ids of the blades of the ground."""
         self.bindings: dict[str, Resource] = {"Blades": self.blades, "Poses": self.poses}
         """Buffers that culling/blades.glsl reads."""
 
@@ -107,7 +110,7 @@ class Page:
         return sum(buffer.size for buffer in self._buffers())
 
     def _buffers(self) -> list[moderngl.Buffer]:
-        return [each for each in (self.blades, self.poses, self.heads, self.sown) if each is not None]
+        return [each for each in (self.blades, self.poses, self.heads, self.sown, self.ids) if each is not None]
 
     def release(self) -> None:
         """Free the GPU memory."""
@@ -123,10 +126,10 @@ class UnstoredPage:
     object_index = None
     previous_from_now: Floats = np.eye(4)
 
-    def __init__(self, device: Device, tiles: Tiles, lying: npt.NDArray[np.int32], first_id: int) -> None:
+    def __init__(self, device: Device, tiles: Tiles, lying: npt.NDArray[np.int32], first_number: int) -> None:
         """`lying` are x, z and level of each tile, (n, 3)."""
         self.tiles = tiles
-        self.first_id = first_id
+        self.first_number = first_number
         words = -(-tiles.up_to[:, 7] // 32)
         self.count = self.capacity = 32 * int(words.sum())
         rows = np.zeros(len(words), _UNSTORED_TILE.dtype)

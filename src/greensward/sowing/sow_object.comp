@@ -75,4 +75,6 @@ bool grow(Tile tile, uint j, out Blade blade) {
     return true;
 }
 
+void identify(Tile tile, uint j, uint at) {}  // their order is permanent
+
 #include "sowing/each.glsl"

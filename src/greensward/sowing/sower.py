@@ -43,7 +43,7 @@ class Sower:
         tiles: Table,
         bounds: tuple[Floats, Floats, Floats],
         values: dict[str, Any],
-        first_id: int,
+        first_number: int,
         object_index: int,
     ) -> list[Page]:
         """Blades of an object's tiles, on as many pages as they need; `values` are what else the shader names.
@@ -63,11 +63,11 @@ class Sower:
                 counted[name].astype(np.int64) for name in ("start", "up_to", "head_start", "heads")
             )
             blades, heads = int(up_to[:, 7].sum()), int(head_count.sum())
-            page = Page(self._device, blades, heads, first_id, object_index, transformed=True)
-            serial = -(first_id + np.arange(len(here)))  # each has a blade at least
+            page = Page(self._device, blades, heads, first_number, object_index, transformed=True)
+            serial = -(first_number + np.arange(len(here)))  # each has a blade at least
             low, high, coverage = (each[here] for each in bounds)
             page.hold(Tiles(low, high, coverage, start, up_to, head_start, head_count, serial))
-            first_id += blades
+            first_number += blades
             pages.append(page)
             self.place(tiles[here], counted, marks, page, values)
             assert page.sown
@@ -110,6 +110,7 @@ class Sower:
             "Marks": marks,
             "Blades": target,
             "Heads": page.heads,
+            **({"Ids": page.ids} if page.ids else {}),
         }
         self._run(self._placer, len(tiles), {**values, **buffers})
         tile_buffer.release()

@@ -137,19 +137,19 @@ class StreamedPages:
         tiles: Table,
         stays: Mask,
         bounds: Bounds,
-        next_id: Callable[[], int],
+        next_number: Callable[[], int],
         check: Callable[[int], None],
     ) -> None:
         """Sow tiles in place of those that do not stay.
 
-        `next_id` is the first id of a further page; `check` refuses more blades than there are ids for.
+        `next_number` is the first id of a further page; `check` refuses more blades than there are ids for.
         """
         if stays.any():
             self._give_back(_some(self._resident, ~stays))
         else:
             self.release()
         try:
-            new = self._sow(tiles, bounds, next_id, check)
+            new = self._sow(tiles, bounds, next_number, check)
             stay = _some(self._resident, stays[: len(self._resident)])
             rows = np.concatenate([stay.view(_BYTES), new.view(_BYTES)]).view(_ROW)
         except BaseException:
@@ -171,7 +171,9 @@ class StreamedPages:
             self._rooms[page][0].give(start, blades)
             self._rooms[page][1].give(head_start, heads)
 
-    def _sow(self, tiles: Table, bounds: Bounds, next_id: Callable[[], int], check: Callable[[int], None]) -> Table:
+    def _sow(
+        self, tiles: Table, bounds: Bounds, next_number: Callable[[], int], check: Callable[[int], None]
+    ) -> Table:
         rows = np.zeros(len(tiles), _ROW)
         if not len(tiles):
             return rows
@@ -188,10 +190,10 @@ class StreamedPages:
             check(int(blades.sum()))
             total = _blades_and_heads(rows) + _blades_and_heads(self._resident)
             for number in np.split(left, np.flatnonzero(np.diff(page_numbers(blades, self._sower.page_blades))) + 1):
-                self._add_page(_blades_and_heads(rows[number]), total, next_id())
+                self._add_page(_blades_and_heads(rows[number]), total, next_number())
                 self._place(rows, number)
             if first and self.free < int(_ROOM * total[0]):
-                self._add_page(np.zeros(2, np.int64), total, next_id())
+                self._add_page(np.zeros(2, np.int64), total, next_number())
         counts["start"], counts["head_start"] = rows["start"], rows["head_start"]
         for number in np.unique(rows["page"][rows["page"] >= 0]):
             here = rows["page"] == number
@@ -218,12 +220,12 @@ class StreamedPages:
                 left.append(row)
         return np.array(left, np.int64)
 
-    def _add_page(self, needed: Indices, total: Indices, first_id: int) -> None:
+    def _add_page(self, needed: Indices, total: Indices, first_number: int) -> None:
         """Make a page for so many blades and heads, with room for those to come, as a part of the total."""
         room = np.maximum(_ROOM * total, _LEAST_ROOM).astype(np.int64)
         blades = max(int(needed[0]), min(int(needed[0] + room[0]), self._sower.page_blades))
         heads = int(needed[1] + 2 * room[1])
-        self.pages.append(Page(self._device, blades, heads, first_id, transformed=self._transformed))
+        self.pages.append(Page(self._device, blades, heads, first_number, transformed=self._transformed))
         self._rooms.append((Room(blades), Room(heads)))
 
     def release(self) -> None:

@@ -3,10 +3,13 @@
 from dataclasses import dataclass
 from typing import ClassVar, Protocol, TypeVar
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel
 
 from greensward.gpu.device import Device
 from greensward.gpu.view import View
+from greensward.sowing.identity import Ids
 from greensward.world import FrameTime, World
 
 SettingsType = TypeVar("SettingsType", bound=BaseModel, contravariant=True)
@@ -51,6 +54,12 @@ class Technique(Protocol[SettingsType]):
         `world.depth_pyramid` has what they hide, if the scene asks for that. `world.bindings` has the view, and of
         a picture the G-buffer to read and, where passes run in compute shaders, to write as shaders/emit.glsl
         declares it. A test that `scene.culling` switches off leaves out nothing.
+        """
+
+    def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Find the permanent ids of blades by their numbers in the last picture: uint64 (n,).
+
+        A blade has the same id in every frame, from every camera and in every process. Waits for the GPU.
         """
 
     def considered(self, view: View) -> int:

@@ -3,6 +3,8 @@
 import math
 
 import moderngl
+import numpy as np
+import numpy.typing as npt
 
 from greensward.gpu.buffers import release_all
 from greensward.gpu.device import STORAGE_WRITTEN, Device
@@ -11,6 +13,7 @@ from greensward.gpu.layouts import struct
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.passes.flowers.pictures import flower_array
+from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.world import FrameTime, World
 
 _FOLDER = "passes/flowers"
@@ -31,6 +34,8 @@ class BillboardFlowers:
     def __init__(self, device: Device, world: World) -> None:
         self._ctx = device.ctx
         self._tables = world.scene.flowers
+        self.most = 0
+        """Places where a plant may grow, each with a number."""
         if not self._tables:
             return
         self._pictures, self._aspects = flower_array(device.ctx, world.scene)
@@ -46,7 +51,8 @@ class BillboardFlowers:
         ]
         self._edges = edges
         self._firsts = [sum(edge * edge for edge in edges[:i]) for i in range(len(edges))]
-        self._flowers = device.ctx.buffer(reserve=_FLOWER.dtype.itemsize * sum(edge * edge for edge in edges))
+        self.most = sum(edge * edge for edge in edges)
+        self._flowers = device.ctx.buffer(reserve=_FLOWER.dtype.itemsize * self.most)
 
     def update(self, frame: FrameTime) -> None:
         """Place them around the camera and sway them, for every view of this frame."""
@@ -54,12 +60,16 @@ class BillboardFlowers:
             return
         focus = frame.views[0].camera_ws
         shared = {"focus_ws": focus, "time_s": frame.time_s, "previous_time_s": frame.previous_time_s}
+        self._first_cells = [
+            tuple(math.floor(focus[axis] / cell) - edge // 2 for axis in (0, 2))
+            for cell, edge in zip(self._cells_m, self._edges, strict=True)
+        ]
         for i, (table, cell, edge) in enumerate(zip(self._tables, self._cells_m, self._edges, strict=True)):
             self._grow.run_over(
                 edge * edge,
                 **shared,
                 Flowers=self._flowers,
-                first_cell=tuple(math.floor(focus[axis] / cell) - edge // 2 for axis in (0, 2)),
+                first_cell=self._first_cells[i],
                 cells=(edge, edge),
                 first_flower=self._firsts[i],
                 cell_m=cell,
@@ -89,6 +99,13 @@ class BillboardFlowers:
                 first_flower=self._firsts[i],
                 layer=i,
             )
+
+    def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Find the permanent ids of plants by their numbers, counted through all tables: uint64 (n,)."""
+        table = np.searchsorted(self._firsts, numbers, side="right") - 1
+        edge, first = np.array(self._edges)[table], np.array(self._first_cells)[table]
+        row, column = np.divmod(numbers - np.array(self._firsts)[table], edge)
+        return blade_ids(BladeKind.FLOWER, table, first[:, 0] + column, first[:, 1] + row)
 
     def release(self) -> None:
         """Free the GPU resources."""

@@ -27,7 +27,7 @@ void main() {
     s.occlusion = mix(0.3, 1.0, smoothstep(0.0, 0.8, uv.y));
     s.roughness = 0.7;
     s.surfaceClass = CLASS_FLOWER;
-    s.bladeId = BLADE_ID_MASK - flower;  // from the other end than those of blades
+    s.bladeNumber = BLADE_NUMBER_MASK - flower;  // from the other end than those of blades
     s.previousClip = previousClip;
     emitSurface(s);
 }

@@ -57,7 +57,7 @@ class Heads:
                         level_px=HEAD_PX,
                         finest_level=level,
                         first_chunk=heads.first,
-                        first_blade_id=page.first_id,
+                        first_blade_number=page.first_number,
                         previous_from_now=view.relative(page.previous_from_now),
                     )
 

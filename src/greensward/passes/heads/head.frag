@@ -10,7 +10,7 @@ in vec4 previousClip;
 flat in uint blade;
 flat in uint isFlower;
 
-uniform uint first_blade_id;
+uniform uint first_blade_number;
 
 void main() {
     vec3 toViewer = view.eye_rs.xyz - position_rs * view.eye_rs.w;
@@ -21,7 +21,7 @@ void main() {
     s.occlusion = 1.0;
     s.roughness = 0.7;
     s.surfaceClass = isFlower == 1u ? CLASS_FLOWER : CLASS_GRASS;
-    s.bladeId = first_blade_id + blade;
+    s.bladeNumber = first_blade_number + blade;
     s.previousClip = previousClip;
     emitSurface(s);
 }

@@ -20,7 +20,7 @@ void main() {
     s.occlusion = 0.9;
     s.roughness = colour.w;
     s.surfaceClass = CLASS_OBJECT;
-    s.bladeId = 0u;
+    s.bladeNumber = 0u;
     s.previousClip = previousClip;
     emitSurface(s);
 }

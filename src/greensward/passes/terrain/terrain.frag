@@ -13,7 +13,7 @@ void main() {
     s.occlusion = 1.0;
     s.roughness = 1.0;
     s.surfaceClass = CLASS_GROUND;
-    s.bladeId = 0u;
+    s.bladeNumber = 0u;
     s.previousClip = previousClip;
     emitSurface(s);
 }

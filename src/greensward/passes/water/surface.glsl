@@ -15,7 +15,7 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     s.occlusion = 1.0;
     s.roughness = 0.05;
     s.surfaceClass = CLASS_WATER;
-    s.bladeId = 0u;
+    s.bladeNumber = 0u;
     s.previousClip = view.previous_clip_from_relative * vec4(view.eye_rs.xyz + ray * depth_m, 1.0);
     return depth_m > 0.0;
 }

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import moderngl
+import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel
 
 from greensward.culling import CHUNK, BladeCulling, DrawList, distance_defines
@@ -12,6 +14,7 @@ from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Draw, Kernel
 from greensward.gpu.layouts import BlockBuffer, struct
 from greensward.gpu.view import View
+from greensward.sowing.identity import Ids
 from greensward.techniques.blades.leaf import LEAF_BLOCK, LeafSettings
 from greensward.techniques.technique import Needs
 from greensward.world import FrameTime, World
@@ -112,7 +115,7 @@ class BezierBlades:
                 Records=part.records,
                 Commands=commands,
                 command=part.command,
-                first_blade_id=page.first_id,
+                first_blade_number=page.first_number,
                 previous_from_now=view.relative(page.previous_from_now),
             )
 
@@ -135,6 +138,10 @@ class BezierBlades:
         )
         self._device.ctx.memory_barrier(STORAGE_WRITTEN)
         return part
+
+    def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Find the permanent ids of stored blades by their numbers."""
+        return self._world.field.identify(numbers)
 
     def considered(self, view: View) -> int:
         """Count the blades of this view that were handed to its tests in the last frame."""

@@ -11,7 +11,7 @@ flat in uint shown;
 
 layout(std430) readonly buffer Records { BladeRecord records[]; };
 
-uniform uint first_blade_id;
+uniform uint first_blade_number;
 
 void main() {
     vec4 root = unpackUnorm4x8(records[shown].root_colour), tip = unpackUnorm4x8(records[shown].tip_colour);
@@ -20,7 +20,7 @@ void main() {
     tip.rgb *= tip.rgb;
     Surface s = leafSurface(Material(root, tip, 4.0 * place.x, place.y, place.z, vec3(0.0), 0.0), normalAndHeight.w);
     s.normal_ws = normalAndHeight.xyz;
-    s.bladeId = first_blade_id + records[shown].blade;
+    s.bladeNumber = first_blade_number + records[shown].blade;
     s.previousClip = previousClip.xyzz;
     emitSurface(s);
 }

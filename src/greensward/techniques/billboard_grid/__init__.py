@@ -5,6 +5,7 @@ from typing import Any, ClassVar
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel
 
 from greensward.gpu.device import IMAGES_WRITTEN, Device
@@ -15,6 +16,8 @@ from greensward.ground.rays import MaximumMipmap
 from greensward.motion import motion_defines
 from greensward.scene import InputError, Scene
 from greensward.scene.base import linear
+from greensward.sowing.blade import FIRST_TRACED
+from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.techniques.billboard_grid.pictures import Billboards, mean_length_m
 from greensward.techniques.billboard_grid.settings import GridSettings
 from greensward.techniques.technique import Needs
@@ -106,11 +109,12 @@ class BillboardGrid:
         if view.purpose == "shadow" and (casting is None or view.density == 0.0):
             return
         at = np.array([[self._turn[0], self._turn[1]], [-self._turn[1], self._turn[0]]]) @ view.origin_ws[[0, 2]]
-        cell = np.floor(at / self._spacing_m)
+        cell, billboard = np.floor(at / self._spacing_m), np.floor(at / self._billboard_m)
         values: dict[str, Any] = {
             "first_cell": tuple(int(edge) for edge in cell),
             "in_cell_m": tuple(at - cell * self._spacing_m),
-            "in_billboard": tuple((at / self._billboard_m) % 1.0),
+            "first_billboard": tuple(int(edge) for edge in billboard),
+            "in_billboard": tuple(at / self._billboard_m - billboard),
             "time_s": self._frame.time_s,
             "previous_time_s": self._frame.previous_time_s,
         }
@@ -125,6 +129,10 @@ class BillboardGrid:
         else:
             self._device.ctx.enable_only(moderngl.NOTHING)
             self._trace.run(moderngl.TRIANGLES, 3, **values)
+
+    def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Make ids of the numbers, which are hashes of the billboard and of the blade in its picture already."""
+        return blade_ids(BladeKind.TRACED, numbers - FIRST_TRACED)
 
     def considered(self, view: View) -> int:  # noqa: ARG002
         """Count none: it has no blades that could be tested."""

@@ -39,7 +39,7 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     s.occlusion = mix(mix(0.2, 0.8, far), 1.0, high * (2.0 - high));
     s.normal_ws = normalize(mix(t.normal_ws, wall, 0.8 * far));
     s.surfaceClass = CLASS_GRASS;
-    s.bladeId = t.blade;
+    s.bladeNumber = t.blade;
     vec3 moved = q * (a.before1 - a.v1) + r * r * (a.before2 - a.v2);
     s.previousClip = view.previous_clip_from_relative * vec4(p_rs + moved, 1.0);
     return true;

@@ -4,7 +4,7 @@
 #include "culling/level_of_detail.glsl"
 #include "motion/pose.glsl"
 #include "techniques/blades/material.glsl"
-#include "layout/SurfaceId"
+#include "layout/SurfaceBits"
 
 uniform sampler2DArray side_colour;
 uniform sampler2DArray side_shape;
@@ -16,6 +16,7 @@ uniform usampler2DArray top_blade;
 uniform vec2 turn;          // cosine and sine
 uniform ivec2 first_cell;    // of the grid, in which the origin of relative space lies
 uniform vec2 in_cell_m;      // and where in it
+uniform ivec2 first_billboard;
 uniform vec2 in_billboard;   // and on a billboard, in widths of one
 uniform float spacing_m;
 uniform float billboard_m;  // width
@@ -167,7 +168,7 @@ bool reached(inout Traced t, float depth_m, float lod) {
     return true;
 }
 
-uint bladeIdOf(uint plane, uint number) { return hash3(uvec3(plane, number, sward.seed)).x % (BLADE_ID_MASK - 1u) + 1u; }
+uint bladeNumberOf(uint plane, uint number) { return FIRST_TRACED | hash3(uvec3(plane, number, sward.seed)).x & (FIRST_TRACED - 1u); }
 
 // It stands for some `billboards`. `closing` is for the last that a ray meets: an opaque picture of the grass behind it all
 void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, float above_m, vec2 direction, float depth_m, vec2 share,
@@ -224,10 +225,9 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
         t.rest = rest;
 #ifndef SHADOW
         ivec3 texel = ivec3(ivec2(fract(uv.x) * size.x, min(uv.y * size.y, size.y - 1.0)), layer);
-        uint here = texelFetch(side_blade, texel, 0).r + 65536u * uint(int(floor(u)));
-        // one to each pixel across, where there are several; what closes has none of its own
-        if (closing || t.coarse > 0.0) here = uint(int(floor(u * size.x * exp2(-round(max(lod + SHARPER, 1.0))))));
-        t.blade = bladeIdOf(uint(plane) * 2u + uint(alongX), here);
+        int copy = int(floor(u)) + (alongX ? first_billboard.x : first_billboard.y);
+        uint here = texelFetch(side_blade, texel, 0).r + 65536u * uint(copy);
+        t.blade = bladeNumberOf(uint(plane) * 2u + uint(alongX), here);
 #endif
     }
 }
@@ -254,13 +254,9 @@ void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, vec3 
         t.rest = at;
 #ifndef SHADOW
         ivec3 texel = ivec3(ivec2(fract(uv) * size), 0);
-        uvec2 copy = uvec2(ivec2(floor(uv)));
+        uvec2 copy = uvec2(ivec2(floor(uv)) + first_billboard);
         uint here = texelFetch(top_blade, texel, 0).r;
-        if (t.coarse > 0.0) {
-            copy = uvec2(ivec2(floor(uv * size * exp2(-round(lod)))));
-            here = 0u;
-        }
-        t.blade = bladeIdOf(4000000000u + copy.x * 71u + copy.y * 7919u, here);
+        t.blade = bladeNumberOf(4000000000u + copy.x * 71u + copy.y * 7919u, here);
 #endif
     }
 }

@@ -4,6 +4,7 @@ from typing import Any, ClassVar
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel
 
 from greensward.culling import distance_defines
@@ -15,6 +16,7 @@ from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.scene import Scene
 from greensward.sowing.growth import GROWTH_BLOCK, curve_rows, phase_at
+from greensward.sowing.identity import Ids
 from greensward.sowing.pattern import pattern_of
 from greensward.techniques.blades.leaf import LEAF_BLOCK
 from greensward.techniques.geometry_billboards.pictures import Pictures
@@ -118,6 +120,10 @@ class GeometryBillboards:
             )
         if view.purpose == "picture":
             self._flat.run_indirect(moderngl.TRIANGLE_STRIP, tiles.commands, LEVELS - 1)
+
+    def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Find the permanent ids of roots and flat tiles by their numbers in the view that was listed last."""
+        return self._tiles.identify(numbers) if self._tiles else np.zeros(len(numbers), np.uint64)
 
     def considered(self, view: View) -> int:  # noqa: ARG002
         """Count the roots and flat tiles around the camera, which are handed to the tests of every view."""

@@ -4,7 +4,7 @@ uniform sampler2D outline_image;
 uniform float opacity;
 
 in vec2 uv;
-flat in uvec2 idAndTexture;
+flat in uvec2 numberAndTexture;
 
 // Discarded if the alpha value is below the threshold; less half of what 8 bits tell apart, as filtering rounds
 bool isCut() { return textureLod(outline_image, uv, 0.0).r < opacity - 0.5 / 255.0; }
@@ -38,9 +38,9 @@ vec3 decoded(uint bits) {
 }
 
 vec3 colourAt(vec3 root, vec3 tip) {
-    vec3 texel = texture(colour_images, vec3(uv, float(idAndTexture.y))).rgb;
+    vec3 texel = texture(colour_images, vec3(uv, float(numberAndTexture.y))).rgb;
     texel *= texel;
-    return (painted >> idAndTexture.y & 1u) != 0u ? texel : texel.r * root + texel.g * tip + texel.b * decoded(dry);
+    return (painted >> numberAndTexture.y & 1u) != 0u ? texel : texel.r * root + texel.g * tip + texel.b * decoded(dry);
 }
 
 void main() {
@@ -51,7 +51,7 @@ void main() {
     Surface s = leafSurface(Material(vec4(root, transmittance), vec4(tip, roughness), 4.0 * place.x, place.y, 1.0, vec3(0.0), 0.0), 1.0 - uv.y);
     s.baseColour = colourAt(root, tip);
     s.normal_ws = normal_ws;
-    s.bladeId = idAndTexture.x;
+    s.bladeNumber = numberAndTexture.x;
     s.previousClip = previousClip.xyzz;
 #ifdef TUBE
     float out_ = tubeOffset(uv.x);

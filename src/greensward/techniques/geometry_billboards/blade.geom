@@ -16,7 +16,7 @@ in Rooted rooted[];
 uniform int segments;
 
 out vec2 uv;  // from the upper left
-flat out uvec2 idAndTexture;
+flat out uvec2 numberAndTexture;
 #ifndef SHADOW
 out vec3 normal_ws;
 out vec3 previousClip;  // x, y, w
@@ -46,7 +46,7 @@ void standOut(vec3 p, float radius) {
 
 void corner(vec3 p, vec3 before, vec3 along, vec3 side, float u, float h) {
     uv = vec2(u, 1.0 - h);
-    idAndTexture = rooted[0].idAndTexture;
+    numberAndTexture = rooted[0].numberAndTexture;
     vec3 offset = (u - 0.5) * rooted[0].shape.y * side;
     p += offset;
     gl_Position = view.jittered_clip_from_relative * vec4(p, 1.0);

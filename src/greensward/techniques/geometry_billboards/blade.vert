@@ -113,5 +113,5 @@ void main() {
 #endif
     rooted.shape = vec4(left * b.height, width, 0.0, 0.0);
     float r = unit(hash3(randomOfRoot(tile, uint(gl_VertexID), sward.seed ^ 0x3c6ef372u)).y);
-    rooted.idAndTexture = uvec2(number + uint(gl_VertexID) + 1u, textureOf(r, thresholds.x, thresholds.y));
+    rooted.numberAndTexture = uvec2(number + uint(gl_VertexID) + 1u, textureOf(r, thresholds.x, thresholds.y));
 }

@@ -12,7 +12,7 @@ in vec3 up_ws;
 in vec3 previousClip;
 in vec4 material;
 in float cover;
-flat in uint bladeId;
+flat in uint bladeNumber;
 
 // Seen at a slant, a level is taken that is sharper along the longer side of a pixel's footprint
 vec3 texelAt(vec2 at) {
@@ -39,7 +39,7 @@ vec3 normalAt(float random, float away) {
 void main() {
     float away = distance(position_rs + view.origin_ws.xyz, view.camera_ws.xyz);
     // some of the ground shows where grass is thin, and at the end of its reach
-    vec3 chance = unit(hash3(uvec3(ivec3(floor(16.0 * uv), bladeId))));
+    vec3 chance = unit(hash3(uvec3(ivec3(floor(16.0 * uv), bladeNumber))));
     if (chance.x >= cover * (1.0 - farFade(away)) || away >= sward.blades_m) discard;
     Surface s;
     s.baseColour = tile_painted ? texelAt(uv) : 2.0 * texelAt(uv) * mottled() * material.rgb;
@@ -48,7 +48,7 @@ void main() {
     s.occlusion = 1.0;  // what shows are tips
     s.roughness = 0.95;
     s.surfaceClass = CLASS_GRASS;
-    s.bladeId = bladeId;
+    s.bladeNumber = bladeNumber;
     s.previousClip = previousClip.xyzz;
     emitSurface(s);
 }

@@ -17,7 +17,7 @@ out vec3 up_ws;
 out vec3 previousClip;
 out vec4 material;  // colour, transmittance
 out float cover;    // part of what a ray meets that is grass
-flat out uint bladeId;
+flat out uint bladeNumber;
 
 void main() {
     vec2 corner = vec2(gl_VertexID >> 1, gl_VertexID & 1);
@@ -33,7 +33,7 @@ void main() {
     material = swardColour(place, s);
     cover = 1.0 - exp(-occludingLayers(sward.density_per_m2 * sward.blade_m.x * share * s.height, -dot(away, up) / length(away), view.camera_ws.w * length(away)));
     up_ws = up;
-    bladeId = number + 1u;
+    bladeNumber = number + 1u;
     gl_ClipDistance[0] = at.y - view.clip_below_m;
     gl_Position = view.jittered_clip_from_relative * vec4(position_rs, 1.0);
     previousClip = (view.previous_clip_from_relative * vec4(position_rs, 1.0)).xyw;

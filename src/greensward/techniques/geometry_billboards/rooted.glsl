@@ -6,5 +6,5 @@ struct Rooted {
     vec3 side;            // across the blade as it grew, for the shading normal
     uvec4 material;       // square roots of root and tip colour, with transmittance and roughness; tall, far; wall
     uint dry;             // square root of the dry colour
-    uvec2 idAndTexture;
+    uvec2 numberAndTexture;
 };

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 
 from greensward.culling import DRAW_COMMAND, Compaction, distance_defines
 from greensward.gpu.buffers import release_all, zeros
@@ -14,6 +15,7 @@ from greensward.gpu.layouts import struct
 from greensward.gpu.view import View
 from greensward.scene import InputError, Scene
 from greensward.sowing.blade import MOST_BLADES
+from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.techniques.geometry_billboards.settings import BillboardSettings
 from greensward.world import World
 
@@ -25,7 +27,7 @@ TILE = struct(
     ("left_m", "float"),  # its corner in relative space
     ("near_m", "float"),
     ("edge_m", "float"),
-    ("number", "uint"),  # id of its first root, less 1
+    ("number", "uint"),  # of its first root, less 1
     ("first", "float", 4),  # planes of its two triangles, x and z from the corner, y in relative space
     ("second", "float", 4),
 )
@@ -87,7 +89,7 @@ class Tiles:
 
     def __init__(self, device: Device, world: World, settings: BillboardSettings) -> None:
         scene = world.scene
-        self._device, self._rings = device, rings_of(scene, settings)
+        self._device, self._rings, self._roots = device, rings_of(scene, settings), settings.roots
         counts = [ring.patches**2 for ring in self._rings]
         self._starts = np.cumsum([0, *counts])
         self._patches = int(self._starts[-1])
@@ -150,6 +152,24 @@ class Tiles:
         self._place.run(groups, **self._compaction.bindings, Commands=self.commands, Tiles=self.buffer, **here)
         self._device.ctx.memory_barrier(_WRITTEN)
 
+    def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Find the permanent ids of roots and flat tiles of the view that was listed last, uint64 (n,)."""
+        assert self.view
+        number, first_flat = numbers.astype(np.int64) - 1, int(self._starts[1]) * _PATCH
+        flat = number >= first_flat * self._roots
+        cell = np.where(flat, number - first_flat * (self._roots - 1), number // self._roots)
+        patch, lane = np.divmod(cell, _PATCH)
+        ring = np.searchsorted(self._starts, patch, side="right") - 1
+        sides = np.array([each.patches for each in self._rings])[ring]
+        first = np.array([each.first_patch(self.view.camera_ws) for each in self._rings])[ring]
+        row, column = np.divmod(patch - self._starts[ring], sides)
+        x, z = _SIDE * (first[:, 0] + column) + lane % _SIDE, _SIDE * (first[:, 1] + row) + lane // _SIDE
+        return np.where(
+            flat,
+            blade_ids(BladeKind.FLAT_TILE, x, z, ring),
+            blade_ids(BladeKind.BILLBOARD, x, z, number % self._roots),
+        )
+
     def drawn(self) -> int:
         """Count the roots and flat tiles that were listed last. Waits for the GPU."""
         self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
@@ -161,12 +181,12 @@ class Tiles:
         release_all(self.buffer, self.commands, self._compaction, *self._mark.values(), self._place)
 
 
-def _refuse_too_many(ids: int, nbytes: int, device: Device) -> None:
+def _refuse_too_many(roots: int, nbytes: int, device: Device) -> None:
     limit = device.limits.storage_block_bytes
-    if ids > MOST_BLADES:
+    if roots > MOST_BLADES:
         raise InputError(
             f"technique.levels_m: must leave at most {MOST_BLADES / 1e6:,.0f} million roots around the camera "
-            f"(got {ids / 1e6:,.0f} million); lower it or sowing.density_per_m2"
+            f"(got {roots / 1e6:,.0f} million); lower it or sowing.density_per_m2"
         )
     if nbytes > limit:
         raise InputError(

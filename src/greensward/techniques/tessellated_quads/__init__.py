@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel
 
 from greensward.culling import CHUNK, BladeCulling, DrawList, distance_defines
@@ -14,6 +15,7 @@ from greensward.gpu.layouts import WORD, BlockBuffer
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.scene import InputError
+from greensward.sowing.identity import Ids
 from greensward.techniques.blades.leaf import LEAF_BLOCK
 from greensward.techniques.technique import Needs
 from greensward.techniques.tessellated_quads.instances import FADING, Instances
@@ -156,7 +158,7 @@ class TessellatedQuads:
                 time_s=self._frame.time_s,
                 previous_time_s=self._frame.previous_time_s,
                 previous_from_now=np.eye(4),
-                first_blade_id=1,
+                first_blade_number=1,
                 first_place=group.first,
                 chunks_per_patch=group.chunks,
                 blades_per_patch=group.blades,
@@ -178,7 +180,7 @@ class TessellatedQuads:
                 Commands=commands,
                 command=command,
                 on_ground=page.object_index is None,
-                first_blade_id=page.first_id,
+                first_blade_number=page.first_number,
                 previous_from_now=view.relative(page.previous_from_now),
             )
 
@@ -199,6 +201,10 @@ class TessellatedQuads:
         )
         self._device.ctx.memory_barrier(STORAGE_WRITTEN)
         return part
+
+    def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Find the permanent ids of stored blades, or of those of the patch at its places, by their numbers."""
+        return self._instances.identify(numbers) if self._instances else self._world.field.identify(numbers)
 
     def considered(self, view: View) -> int:
         """Count the blades of this view that were handed to its tests in the last frame."""

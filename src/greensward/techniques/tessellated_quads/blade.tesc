@@ -44,6 +44,6 @@ void main() {
     gl_TessLevelInner[0] = 1.0;
     gl_TessLevelInner[1] = level;
 #ifndef SHADOW
-    if (level > 0.0) atomicAdd(drawn[b.idAndSpecies.x & 1023u], 1u);
+    if (level > 0.0) atomicAdd(drawn[b.numberAndSpecies.x & 1023u], 1u);
 #endif
 }

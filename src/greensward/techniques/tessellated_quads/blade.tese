@@ -19,7 +19,7 @@ flat out uvec4 material;
 uniform mat4 previous_from_now;  // where a point of what the blade grows on was a frame ago, in relative space
 #endif
 out vec2 uv;
-flat out uvec2 idAndSpecies;
+flat out uvec2 numberAndSpecies;
 
 Point pointAt(vec3 tip, vec3 control, float u, float v) {
     vec3 left = bent.root - 0.5 * bent.side, right = bent.root + 0.5 * bent.side, tangentLeft, tangentRight;
@@ -30,7 +30,7 @@ Point pointAt(vec3 tip, vec3 control, float u, float v) {
 
 void main() {
     uv = gl_TessCoord.xy;
-    idAndSpecies = bent.idAndSpecies;
+    numberAndSpecies = bent.numberAndSpecies;
     Point p = pointAt(bent.tip, bend, uv.x, uv.y);
     gl_Position = view.jittered_clip_from_relative * vec4(p.position, 1.0);
 #ifndef SHADOW

@@ -25,7 +25,7 @@ uniform int command;
 uniform bool on_ground;  // where the vegetation map lies
 #endif
 
-uniform uint first_blade_id;
+uniform uint first_blade_number;
 uniform float shrinking;
 
 out Outlined blade;
@@ -40,7 +40,7 @@ bool fetch(out Blade b, out BladeBounds h, out vec3 tip, out vec3 before, out ui
     vec3 control, previousControl;
     bentControlPoints(b, time_s, control, tip);
     bentControlPoints(b, previous_time_s, previousControl, before);
-    id = first_blade_id + uint(first_place + gl_InstanceID / chunks_per_patch) * uint(blades_stored) + index;
+    id = first_blade_number + uint(first_place + gl_InstanceID / chunks_per_patch) * uint(blades_stored) + index;
 #else
     uint at = uint(gl_InstanceID) * 32u + uint(gl_VertexID);
     // the last instance may have more than are left
@@ -50,7 +50,7 @@ bool fetch(out Blade b, out BladeBounds h, out vec3 tip, out vec3 before, out ui
     vec3 control, previousControl;
     poseNow(index, b, vec3(0.0), control, tip);
     poseBefore(index, b, vec3(0.0), previousControl, before);
-    id = first_blade_id + index;
+    id = first_blade_number + index;
 #endif
     return true;
 }
@@ -114,5 +114,5 @@ void main() {
                        packUnorm4x8(vec4(material.tall / 4.0, material.far, material.share, material.mapped)),
                        packSnorm2x16(octahedralEncode(material.wall)));
 #endif
-    blade.idAndSpecies = uvec2(id, bladeSpecies(b));
+    blade.numberAndSpecies = uvec2(id, bladeSpecies(b));
 }

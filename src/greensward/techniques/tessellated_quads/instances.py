@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from greensward.culling import CHUNK
 from greensward.gpu.buffers import at_least, upload
@@ -12,6 +13,7 @@ from greensward.gpu.kernels import Resource
 from greensward.gpu.view import View
 from greensward.scene import InputError
 from greensward.sowing.blade import MOST_BLADES
+from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.sowing.pattern import PATTERN_ROOT, Grid, patches_in_view, pattern_of
 from greensward.techniques.tessellated_quads.settings import QuadSettings
 from greensward.world import World
@@ -55,6 +57,8 @@ class Instances:
         self._grid = self._grid_of(settings.patch_m)
         self._views: tuple[View, ...] = ()
         self.groups: dict[View, list[Group]] = {}
+        self._listed = np.zeros((0, 2), np.int32)
+        """Column and row of the patch at each place."""
 
     def _grid_of(self, patch_m: float) -> Grid:
         world, scene = self._world, self._world.scene
@@ -100,12 +104,18 @@ class Instances:
                     at += len(mine)
         if at * self.stored > MOST_BLADES:
             raise InputError(
-                f"technique.patch_m: {at:,} patches of {self.stored:,} blades are more than ids are for; "
+                f"technique.patch_m: {at:,} patches of {self.stored:,} blades are more than can be numbered; "
                 "lower sowing.density_per_m2 or sowing.reach_m"
             )
         if places:
             self._places = at_least(self._device, self._places, _PLACE.itemsize * at)
-            upload(self._places, np.concatenate(places).astype(np.int32))
+            self._listed = np.concatenate(places).astype(np.int32)
+            upload(self._places, self._listed)
+
+    def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Find the permanent ids of blades by their numbers, counted from 1 through all places: uint64 (n,)."""
+        place, index = np.divmod(numbers - 1, np.uint32(self.stored))
+        return blade_ids(BladeKind.PATCH, *self._listed[place].T, index)
 
     def _needed(self, away: np.ndarray, view: View) -> np.ndarray:
         """Part of the patch that a view needs at a distance: by the scene's level of detail, then by section 6.3."""

@@ -8,5 +8,5 @@ struct Outlined {
     vec3 trueSide;  // before it was turned to the viewer
     vec4 shape;     // R1 and R2 of equation 6; smoothness, 0 where nothing is drawn; rank
     uvec4 material;     // packed: colours of root and tip; height over four times the canopy, distance, share, map; wall
-    uvec2 idAndSpecies;     // id; species
+    uvec2 numberAndSpecies;     // id; species
 };

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 from pydantic import BaseModel, Field
 
 from greensward.culling import (
@@ -26,6 +27,7 @@ from greensward.motion import motion_defines
 from greensward.scene import InputError
 from greensward.scene.base import Count
 from greensward.sowing import Page, UnstoredPage
+from greensward.sowing.identity import Ids
 from greensward.techniques.blades.leaf import LEAF_BLOCK, LeafSettings
 from greensward.techniques.technique import Needs
 from greensward.world import FrameTime, World
@@ -242,7 +244,7 @@ class VisibilityBuffer:
             **page.bindings,
             **self._unstored(page),
             "list_capacity": self._capacity,
-            "first_primitive_id": 32 * page.first_id,
+            "first_primitive_id": 32 * page.first_number,
             "near_m": view.near_and_far_m[0],
             "writing_ids": False,
         }
@@ -268,7 +270,7 @@ class VisibilityBuffer:
     def _show(self, shown: DrawList, view: View) -> None:
         page = shown.page
         kernels = self._kernels[view.purpose, isinstance(page, Page)]
-        resolve, ids = kernels.resolve, {"first_primitive_id": 32 * page.first_id, "blade_count": page.capacity}
+        resolve, ids = kernels.resolve, {"first_primitive_id": 32 * page.first_number, "blade_count": page.capacity}
         assert resolve
         values = {
             **page.bindings,
@@ -300,6 +302,10 @@ class VisibilityBuffer:
             "previous_time_s": frame.previous_time_s,
             "tallest_m": self._world.field.tallest_m,
         }
+
+    def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
+        """Find the permanent ids of stored blades by their numbers."""
+        return self._world.field.identify(numbers)
 
     def considered(self, view: View) -> int:
         """Count the blades of this view that were handed to its tests in the last frame."""

@@ -55,7 +55,7 @@ bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
     surface = leafSurface(material, v);
     tangent = bezierTangent(h.v0, h.v1, h.v2, higher(v, material.share, TURNED));
     surface.normal_ws = leafNormal(acrossOf(b, chordOf(h)), s.side_ws, normalize(tangent), toEye, u, material.wall, material.far);
-    surface.bladeId = primitive_id >> 5u;
+    surface.bladeNumber = primitive_id >> 5u;
     surface.previousClip = view.previous_clip_from_relative * (previous_from_now * vec4(before, 1.0));
     depth_m = 1.0 / inverse_depth;
     return true;

@@ -1,0 +1,52 @@
+"""Permanent ids of blades: 64 bits of kind, place and number, the same from every camera and in every process."""
+
+from enum import IntEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from greensward.gpu.layouts import enumeration
+
+Ids = npt.NDArray[np.uint64]
+_KIND_BITS = 4
+
+
+class BladeKind(IntEnum):
+    """Uppermost bits of an id: what the rest of it is made of."""
+
+    GROUND = 1
+    """Leaf tile x and z, number of the blade there."""
+    OBJECT = 2
+    """Index of the object, number of the blade on it."""
+    PATCH = 3
+    """Column and row of the patch, number of the blade in the pattern."""
+    BILLBOARD = 4
+    """Tile x and z, number of the root in the pattern."""
+    FLAT_TILE = 5
+    """Cell x and z, its ring."""
+    TRACED = 6
+    """Hash of the billboard and of the blade in its picture."""
+    FLOWER = 7
+    """Index of the table in `[[flowers]]`, cell x and z."""
+
+
+_WIDTHS: dict[BladeKind, tuple[int, ...]] = {
+    BladeKind.GROUND: (24, 24, 12),
+    BladeKind.OBJECT: (12, 48),
+    BladeKind.PATCH: (16, 16, 28),
+    BladeKind.BILLBOARD: (23, 23, 14),
+    BladeKind.FLAT_TILE: (26, 26, 8),
+    BladeKind.TRACED: (60,),
+    BladeKind.FLOWER: (8, 26, 26),
+}
+"""Bits of each part, the uppermost first. A place may be negative: two's complement."""
+enumeration("BladeKind", "BLADE_KIND", BladeKind)
+
+
+def blade_ids(kind: BladeKind, *parts: npt.ArrayLike) -> Ids:
+    """Join whole numbers (n,) into ids, uint64 (n,); of each part its lowest bits count."""
+    ids: Ids = np.asarray(int(kind), np.uint64)
+    for part, bits in zip(parts, _WIDTHS[kind], strict=True):
+        lowest = np.asarray(part).astype(np.int64).view(np.uint64) & np.uint64((1 << bits) - 1)
+        ids = ids << np.uint64(bits) | lowest
+    return ids
