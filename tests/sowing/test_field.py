@@ -130,11 +130,11 @@ def test_memory_stays_level(sow):
 
 def test_a_step_sows_the_tiles_that_are_new(sow, monkeypatch):
     sown = []
-    usual = sower_module.Sower.place
+    usual = sower_module.Sower.count
     monkeypatch.setattr(
         sower_module.Sower,
-        "place",
-        lambda self, tiles, *rest: (sown.append(int(tiles["candidates"].sum())), usual(self, tiles, *rest)),
+        "count",
+        lambda self, tiles, *rest: (sown.append(int(tiles["candidates"].sum())), usual(self, tiles, *rest))[1],
     )
     field = sow(small_scene(sowing={**_EVEN, "reach_m": 40.0}))
     whole = sum(sown)

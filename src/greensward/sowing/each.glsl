@@ -1,4 +1,4 @@
-// Runs grow() for every candidate of a tile. Without PLACE it marks those that grow; with PLACE, after
+// Runs grow() for every candidate of a tile, which workgroups share. Without PLACE it marks those that grow; with PLACE, after
 // prefix_sum.comp counted them, it writes their blades in order, so that the same seed gives the same bytes,
 // and identify() may note what it wrote where.
 
@@ -8,12 +8,18 @@ layout(std430) writeonly buffer Heads { uint heads[]; };
 #endif
 
 uniform int first_tile;
+#ifdef PLACE
+uniform uint page;
+#endif
 
 void main() {
     uint slot = gl_WorkGroupID.x + uint(first_tile);
     Tile tile = tiles[slot];
     TileCount count = counts[slot];
-    for (uint j = gl_LocalInvocationID.x; j < tile.candidates; j += 64u) {
+#ifdef PLACE
+    if (count.page != page) return;
+#endif
+    for (uint j = 64u * gl_WorkGroupID.y + gl_LocalInvocationID.x; j < tile.candidates; j += 64u * gl_NumWorkGroups.y) {
         uint word = count.first_word + (j >> 5u), bit = 1u << (j & 31u);
         Blade blade;
 #ifdef PLACE

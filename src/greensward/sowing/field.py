@@ -206,40 +206,46 @@ class Field:
         if density <= 0 or not self._species_count or scene.ground.kind == "none":
             return np.zeros(0, TILE.dtype), np.zeros(0, TILE.dtype)
         leaf = leaf_edge_m(density)
-        level = max(0, int(np.ceil(np.log2(2.0 * reach / leaf))))
+        # the largest that is not split wherever in the reach it lies
+        level = max(0, int(np.ceil(np.log2(reach / (_SPLIT * leaf)))))
         size = leaf * 2.0**level
-        corner = np.floor((focus[[0, 2]] - reach) / size)
-        xz = np.stack(np.meshgrid(*(corner[i] + np.arange(2) for i in (0, 1)), indexing="ij"), -1)
-        xz = xz.reshape(-1, 2).astype(np.int64)
-        found: list[tuple[npt.NDArray[np.int64], int, Floats, Floats]] = []
+        middle_x, _, middle_z = focus
+        x, z = (
+            each.ravel()
+            for each in np.meshgrid(
+                *(np.arange((at - reach) // size, (at + reach) // size + 1.0) for at in (middle_x, middle_z))
+            )
+        )
         half = 0.5 * np.array(scene.ground.size_m) if scene.ground.beyond == "bare" else None
-        quarter = np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
-        middle = focus[[0, 2]]
+        found: list[tuple[Floats, Floats, Floats]] = []
+        sizes = []
         while True:
-            low = xz * size
-            beside = np.maximum(np.maximum(low - middle, middle - low - size), 0.0)
-            away = np.maximum(np.hypot(beside[:, 0], beside[:, 1]) - slack_m, 0.0)
+            low_x, low_z = x * size, z * size
+            away = np.hypot(_outside(low_x, middle_x, size), _outside(low_z, middle_z, size)) - slack_m
             keep = away <= sowing.blades_m
             if half is not None:
-                keep &= np.all((low < half) & (low + size > -half), axis=1)
-            xz, away = xz[keep], away[keep]
-            # in steps, so that a tile stays as it is while the camera moves
-            halvings = np.floor(4.0 * np.log2(np.maximum(away / full_density_m, 1.0)))
-            candidates = np.ceil(density * size * size * 2.0 ** (-0.5 * halvings))
-            split = ((away < _SPLIT * size) | (candidates > self._page_blades)) & (level > 0)
-            found.append((xz[~split], level, candidates[~split], away[~split]))
+                keep &= (low_x < half[0]) & (low_x + size > -half[0]) & (low_z < half[1]) & (low_z + size > -half[1])
+            split = keep & (away < _SPLIT * size) if level else np.zeros(len(x), np.bool_)
+            if level and density * size * size > self._page_blades:
+                split |= keep & (_candidates(away, size, density, full_density_m) > self._page_blades)
+            left = keep & ~split
+            found.append((x[left], z[left], away[left]))
+            sizes.append(size)
             if not split.any():
                 break
-            xz = (2 * xz[split][:, None, :] + quarter).reshape(-1, 2)
+            x, z = 2.0 * x[split], 2.0 * z[split]
+            x, z = np.concatenate([x, x + 1.0, x, x + 1.0]), np.concatenate([z, z, z + 1.0, z + 1.0])
             level -= 1
             size *= 0.5
-        places, levels, counts, distances = zip(*found, strict=True)
-        tiles = np.zeros(sum(map(len, counts)), TILE.dtype)
-        tiles["x"], tiles["z"] = np.concatenate(places).T
-        tiles["level"] = np.repeat(levels, [len(each) for each in counts])
-        tiles["candidates"] = np.minimum(np.concatenate(counts), 0xFFFFFFFF)
+        x, z, away = (np.concatenate(each) for each in zip(*found, strict=True))
+        counts = [len(each) for each, *_ in found]
+        tiles = np.zeros(len(x), TILE.dtype)
+        tiles["x"], tiles["z"] = x, z
+        tiles["level"] = np.repeat(np.arange(level, level + len(counts))[::-1], counts)
+        candidates = _candidates(away, np.repeat(sizes, counts), density, full_density_m)
+        tiles["candidates"] = np.minimum(candidates, 0xFFFFFFFF)
         stored_m = sowing.stored_m
-        stored = np.full(len(tiles), True) if stored_m is None else np.concatenate(distances) < stored_m
+        stored = np.full(len(tiles), True) if stored_m is None else np.maximum(away, 0.0) < stored_m
         return tiles[stored], tiles[~stored]
 
     def _refuse_too_many(self, candidates: int, thinned: Callable[[float], Table]) -> None:
@@ -305,6 +311,19 @@ class Field:
         release_all(self._block, self._sower, *self._identify.values())
         if self._transform:
             self._transform.release()
+
+
+def _outside(low: Floats, at: float, size: float) -> Floats:
+    """Distance from a coordinate to the range of each tile along the same axis."""
+    result: Floats = np.maximum(np.maximum(low - at, at - size - low), 0.0)
+    return result
+
+
+def _candidates(away: Floats, size: Floats | float, density_per_m2: float, full_density_m: float) -> Floats:
+    """Candidates of tiles so far away, in steps, so that a tile stays as it is while the camera moves."""
+    halvings = np.floor(4.0 * np.log2(np.maximum(away / full_density_m, 1.0)))
+    result: Floats = np.ceil(density_per_m2 * size * size * 2.0 ** (-0.5 * halvings))
+    return result
 
 
 def _largest_part(fits: Callable[[float], bool]) -> float:

@@ -1,4 +1,4 @@
-// Sows one tile of ground per workgroup.
+// Sows tiles of the ground.
 #include "sowing/ground_blade.glsl"
 #include "sowing/tiles.glsl"
 

@@ -1,5 +1,4 @@
-// Sows one group of an object's triangles per workgroup, in the object's own space. Of its tile, x is the first
-// triangle and z how many there are.
+// Sows groups of an object's triangles, in the object's own space. Of a tile, x is the first triangle and z how many there are.
 #include "sowing/grow.glsl"
 #include "sowing/tiles.glsl"
 #include "layout/ObjectCorner"

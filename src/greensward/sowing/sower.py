@@ -1,16 +1,15 @@
 """Marks the candidates of tiles that grow, counts them, and places their blades."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import release_all, zeros
+from greensward.gpu.buffers import at_least, clear, release_all, upload
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Kernel, Resource
-from greensward.gpu.layouts import struct
+from greensward.gpu.layouts import WORD, struct
 from greensward.sowing.pages import Floats, Page, Tiles, page_numbers, starts
 
 # a square of ground, or a group of an object's triangles, in which so many blades are tried
@@ -22,9 +21,14 @@ _COUNT = struct(
     ("start", "uint"),
     ("head_start", "uint"),
     ("first_word", "uint"),
+    ("page", "uint"),
 )
 # of 32 candidates; starts within the tile
 _MARK = struct("Mark", ("grows", "uint"), ("heads", "uint"), ("start", "uint"), ("head_start", "uint"))
+NOWHERE = 0xFFFFFFFF
+"""In place of the number of a page: nothing of the tile is placed."""
+_SLICE, _MOST_SLICES = 256, 1024
+"""Candidates of a tile that one workgroup tries, and workgroups that share a tile, at most."""
 Table = npt.NDArray[np.void]
 
 
@@ -37,6 +41,8 @@ class Sower:
         self._marker = Kernel(device, shader, {}, bindings)
         self._prefix_sum = Kernel(device, "sowing/prefix_sum.comp")
         self._placer = Kernel(device, shader, {"PLACE": 1}, bindings)
+        self._buffers = {name: device.ctx.buffer(reserve=WORD) for name in ("Tiles", "Counts", "Marks")}
+        self._slices = 1
 
     def sow(
         self,
@@ -51,16 +57,18 @@ class Sower:
         `bounds` are the lowest and the highest corner of each tile, (n, 3), and the part of its blades, (n,), that
         the tile's candidates are.
         """
-        counts, marks = self.count(tiles, values)
+        counts = self.count(tiles, values)
         grown = np.flatnonzero(counts["up_to"][:, 7])
         page_of = page_numbers(counts["up_to"][grown, 7].astype(np.int64), self.page_blades)
+        counts["page"] = NOWHERE
+        counts["page"][grown] = page_of
         pages: list[Page] = []
         for number in range(int(page_of.max(initial=-1)) + 1):
             here = grown[page_of == number]
-            counted = counts[here]
-            counted["start"], counted["head_start"] = starts(counted["up_to"][:, 7]), starts(counted["heads"])
+            counts["start"][here] = starts(counts["up_to"][here, 7])
+            counts["head_start"][here] = starts(counts["heads"][here])
             start, up_to, head_start, head_count = (
-                counted[name].astype(np.int64) for name in ("start", "up_to", "head_start", "heads")
+                counts[name][here].astype(np.int64) for name in ("start", "up_to", "head_start", "heads")
             )
             blades, heads = int(up_to[:, 7].sum()), int(head_count.sum())
             page = Page(self._device, blades, heads, first_number, object_index, transformed=True)
@@ -69,58 +77,46 @@ class Sower:
             page.hold(Tiles(low, high, coverage, start, up_to, head_start, head_count, serial))
             first_number += blades
             pages.append(page)
-            self.place(tiles[here], counted, marks, page, values)
+        self.place(counts, pages, values)
+        for page in pages:
             assert page.sown
             self._device.ctx.copy_buffer(page.blades, page.sown)
-        marks.release()
         return pages
 
-    def count(self, tiles: Table, values: Mapping[str, Any] = {}) -> tuple[Table, moderngl.Buffer]:
-        """Count what grows of each tile, and mark the candidates that do."""
+    def count(self, tiles: Table, values: Mapping[str, Any] = {}) -> Table:
+        """Count what grows of each tile, and mark the candidates that do, for `place`."""
         words = -(-tiles["candidates"].astype(np.int64) // 32)
         counts = np.zeros(len(tiles), _COUNT.dtype)
         counts["first_word"] = starts(words)
-        marks = zeros(self._device, max(int(words.sum()), 1) * _MARK.dtype.itemsize)
-        tile_buffer, count_buffer = (
-            self._device.ctx.buffer(tiles.tobytes()),
-            self._device.ctx.buffer(counts.tobytes()),
-        )
-        buffers = {"Tiles": tile_buffer, "Counts": count_buffer, "Marks": marks}
-        self._run(self._marker, len(tiles), {**values, **buffers})
-        self._prefix_sum.run_over(len(tiles), tile_count=len(tiles), **buffers)
+        self._slices = int(min(-(-tiles["candidates"].max(initial=1).astype(np.int64) // _SLICE), _MOST_SLICES))
+        nbytes = max(int(words.sum()), 1) * _MARK.dtype.itemsize
+        for name, needed in (("Tiles", tiles.nbytes), ("Counts", counts.nbytes), ("Marks", nbytes)):
+            self._buffers[name] = at_least(self._device, self._buffers[name], needed)
+        upload(self._buffers["Tiles"], tiles)
+        upload(self._buffers["Counts"], counts)
+        clear(self._device, self._buffers["Marks"], nbytes)
+        self._run(self._marker, len(tiles), values)
+        self._prefix_sum.run_over(len(tiles), tile_count=len(tiles), **self._buffers)
         self._device.ctx.memory_barrier()
-        counts = np.frombuffer(count_buffer.read(), _COUNT.dtype).copy()
+        counts = np.frombuffer(self._buffers["Counts"].read(counts.nbytes), _COUNT.dtype).copy()
         counts["up_to"] = np.maximum.accumulate(counts["up_to"], axis=1)
-        tile_buffer.release()
-        count_buffer.release()
-        return counts, marks
+        return counts
 
-    def place(
-        self, tiles: Table, counts: Table, marks: moderngl.Buffer, page: Page, values: Mapping[str, Any] = {}
-    ) -> None:
-        """Write the blades of counted tiles to where the counts say that they start."""
-        tile_buffer, count_buffer = (
-            self._device.ctx.buffer(tiles.tobytes()),
-            self._device.ctx.buffer(counts.tobytes()),
-        )
-        target = page.blades if page.sown is None else page.sown
-        buffers = {
-            "Tiles": tile_buffer,
-            "Counts": count_buffer,
-            "Marks": marks,
-            "Blades": target,
-            "Heads": page.heads,
-            **({"Ids": page.ids} if page.ids else {}),
-        }
-        self._run(self._placer, len(tiles), {**values, **buffers})
-        tile_buffer.release()
-        count_buffer.release()
+    def place(self, counts: Table, pages: Sequence[Page], values: Mapping[str, Any] = {}) -> None:
+        """Write the blades of the tiles that were counted last to where the counts say that they start."""
+        upload(self._buffers["Counts"], counts)
+        for number in np.unique(counts["page"][counts["page"] != NOWHERE]).tolist():
+            page = pages[number]
+            target: dict[str, Any] = {"Blades": page.sown or page.blades, "Heads": page.heads, "page": number}
+            if page.ids:
+                target["Ids"] = page.ids
+            self._run(self._placer, len(counts), {**values, **target})
 
-    def _run(self, kernel: Kernel, tiles: int, values: dict[str, Any]) -> None:
+    def _run(self, kernel: Kernel, tiles: int, values: Mapping[str, Any]) -> None:
         for first in range(0, tiles, 32768):
-            kernel.run(min(32768, tiles - first), first_tile=first, **values)
+            kernel.run((min(32768, tiles - first), self._slices), first_tile=first, **self._buffers, **values)
         self._device.ctx.memory_barrier()
 
     def release(self) -> None:
-        """Free the programs."""
-        release_all(self._marker, self._prefix_sum, self._placer)
+        """Free programs and buffers."""
+        release_all(self._marker, self._prefix_sum, self._placer, *self._buffers.values())

@@ -177,7 +177,7 @@ class StreamedPages:
         rows = np.zeros(len(tiles), _ROW)
         if not len(tiles):
             return rows
-        counts, marks = self._sower.count(tiles)
+        counts = self._sower.count(tiles)
         rows["key"], rows["candidates"], rows["page"] = keys_of(tiles), tiles["candidates"], -1
         rows["low"], rows["high"], rows["coverage"] = bounds
         rows["up_to"], rows["heads"] = counts["up_to"], counts["heads"]
@@ -194,11 +194,8 @@ class StreamedPages:
                 self._place(rows, number)
             if first and self.free < int(_ROOM * total[0]):
                 self._add_page(np.zeros(2, np.int64), total, next_number())
-        counts["start"], counts["head_start"] = rows["start"], rows["head_start"]
-        for number in np.unique(rows["page"][rows["page"] >= 0]):
-            here = rows["page"] == number
-            self._sower.place(tiles[here], counts[here], marks, self.pages[number])
-        marks.release()
+        counts["start"], counts["head_start"], counts["page"] = rows["start"], rows["head_start"], rows["page"]
+        self._sower.place(counts, self.pages)
         return rows
 
     def _place(self, rows: Table, which: Indices) -> Indices:
