@@ -52,18 +52,14 @@ class ChunkTable:
 
     def clear(self) -> None:
         """Start anew."""
-        self._collected: list[npt.NDArray[np.void]] = []
+        self._collected: list[tuple[Indices, Indices, int]] = []
         self.count = 0
 
     def add(self, start: Indices, length: Indices, size: int = CHUNK) -> ChunkRange:
         """Add runs of items, to be cut into chunks of `size` items at most; a run may be empty."""
-        chunks = -(-length // size)
-        ends = np.cumsum(chunks)
-        total = int(ends[-1]) if len(ends) else 0
-        runs = np.empty(len(start), _RUN.dtype)
-        runs["first_chunk"], runs["first"], runs["count"] = self.count + ends - chunks, start, length
-        runs["chunk_size"] = size
-        self._collected.append(runs[chunks > 0])
+        total = int((-(-length // size)).sum())
+        if total:
+            self._collected.append((start, length, size))
         span = ChunkRange(self.count, total, int(length.sum()))
         self.count += total
         return span
@@ -72,7 +68,13 @@ class ChunkTable:
         """Write the table for everything added."""
         if not self.count:
             return
-        runs = np.concatenate(self._collected)
+        starts, lengths, sizes = zip(*self._collected, strict=True)
+        length, size = np.concatenate(lengths), np.repeat(sizes, [len(each) for each in lengths])
+        chunks = -(-length // size)
+        some = chunks > 0
+        runs = np.empty(np.count_nonzero(some), _RUN.dtype)
+        runs["first_chunk"] = (np.cumsum(chunks) - chunks)[some]
+        runs["first"], runs["count"], runs["chunk_size"] = np.concatenate(starts)[some], length[some], size[some]
         self._runs = at_least(self._device, self._runs, runs.nbytes)
         self.buffer = at_least(self._device, self.buffer, self.count * _CHUNK.dtype.itemsize)
         upload(self._runs, runs)

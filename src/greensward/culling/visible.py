@@ -26,6 +26,7 @@ class DrawList:
     page: Page | UnstoredPage
     blades: ChunkRange
     heads: tuple[ChunkRange, ...]
+    """Empty where the page has none."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,8 @@ class VisibleSet:
         return self.chunks.add(page.tiles.start[at], page.tiles.up_to[at, eighths[some] - 1])
 
     def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[ChunkRange, ...]:
+        if not page.head_count:
+            return ()
         start, length = page.tiles.head_start[at], page.tiles.heads[at]
         if view.purpose == "shadow":
             # least detail, and none where the map is too coarse to tell them from blades

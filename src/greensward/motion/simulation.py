@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.culling import ChunkRange, ChunkTable, NeededTiles, VisibleSet
-from greensward.gpu.buffers import full, release_all, zeros
+from greensward.gpu.buffers import at_least, clear, full, release_all
 from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Kernel, Resource
 from greensward.gpu.layouts import WORD, struct
@@ -72,7 +72,9 @@ class BladeSimulation:
         self._simulated: dict[Page, Indices] = {}
         """Serial numbers of the tiles of each page that were simulated for the last visible set."""
         self._steps: int | None = None
-        self._preserved: tuple[moderngl.Buffer, moderngl.Buffer, int] | None = None
+        self._slots = 0
+        """Slots of the table of preserved states, a power of two; 0 where none are."""
+        self._claims, self._entries = (device.ctx.buffer(reserve=WORD) for _ in range(2))
         self._newest_serial = -1
         """Greatest serial number of a tile when states were preserved last."""
         self._chunks = ChunkTable(device)
@@ -198,17 +200,18 @@ class BladeSimulation:
             if page in self._states and page in self._simulated
         ]
         count = sum(int(tiles.up_to[:, 7].sum()) for _, tiles in held)
-        if not count or self._preserved:
+        if not count or self._slots:
             return
-        slots = 1 << int(np.ceil(np.log2(2 * count)))
-        claims = zeros(self._device, slots * WORD)
-        self._preserved = claims, self._device.ctx.buffer(reserve=slots * _ENTRY.dtype.itemsize), slots
+        self._slots = 1 << int(np.ceil(np.log2(2 * count)))
+        self._claims = at_least(self._device, self._claims, self._slots * WORD)
+        self._entries = at_least(self._device, self._entries, self._slots * _ENTRY.dtype.itemsize)
+        clear(self._device, self._claims, self._slots * WORD)
         self._newest_serial = max(int(page.tiles.serial.max(initial=-1)) for page in self._field.pages)
         self._look_up(self._preserve, held)
 
     def _restore_preserved(self, forget: bool) -> None:
         """Give blades of new tiles that were simulated before their states back, unless all is to be forgotten."""
-        if self._preserved is None:
+        if not self._slots:
             return
         if not forget:
             pages = [part.page for part in self._ranges if part.page.object_index is None]
@@ -216,12 +219,9 @@ class BladeSimulation:
                 self._restore,
                 [(page, page.tiles.where(page.tiles.serial > self._newest_serial)) for page in pages],
             )
-        release_all(*self._preserved[:2])
-        self._preserved = None
+        self._slots = 0
 
     def _look_up(self, kernel: Kernel, parts: Sequence[tuple[Page, Tiles]]) -> None:
-        assert self._preserved is not None
-        claims, entries, slots = self._preserved
         self._chunks.clear()
         ranges = [(page, self._chunks.add(tiles.start, tiles.up_to[:, 7])) for page, tiles in parts]
         self._chunks.cut()
@@ -232,12 +232,12 @@ class BladeSimulation:
                     Ids=page.ids,
                     Poses=page.poses,
                     States=self._state(page),
-                    Claims=claims,
-                    Entries=entries,
+                    Claims=self._claims,
+                    Entries=self._entries,
                     Chunks=self._chunks.buffer,
                     first_chunk=blades.first,
                     chunk_count=blades.count,
-                    slots=slots,
+                    slots=self._slots,
                     step_now=float(self._steps or 0),
                 )
                 self._device.ctx.memory_barrier(STORAGE_WRITTEN)
@@ -296,7 +296,7 @@ class BladeSimulation:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        release_all(*self._states.values(), *(self._preserved or ())[:2])
+        release_all(*self._states.values(), self._claims, self._entries)
         release_all(self._begin, self._near, self._edge, self._preserve, self._restore, self._chunks)
 
 

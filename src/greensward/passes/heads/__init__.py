@@ -42,7 +42,7 @@ class Heads:
         chunks = self._world.visible.chunks.buffer
         for each in self._world.visible.of(view):
             page = each.page
-            if not isinstance(page, Page):
+            if not isinstance(page, Page) or not each.heads:
                 continue
             values = {**page.bindings, "Chunks": chunks, "Heads": page.heads, "Meshes": self._meshes}
             if page.sown is not None:
