@@ -114,6 +114,8 @@ class BladeSimulation:
             simulated[page] = serial[away < within_m]
             left.append(np.where(inside, 0, needed.eighths))
         self._simulated = simulated
+        # what a step of the camera may leave behind, or the first steps would make room in the midst of frames
+        self._reserved(self.blades // 8)
         for page in self._states.keys() - simulated.keys():
             self._states.pop(page).release()
         return left
@@ -202,12 +204,17 @@ class BladeSimulation:
         count = sum(int(tiles.up_to[:, 7].sum()) for _, tiles in held)
         if not count or self._slots:
             return
-        self._slots = 1 << int(np.ceil(np.log2(2 * count)))
-        self._claims = at_least(self._device, self._claims, self._slots * WORD)
-        self._entries = at_least(self._device, self._entries, self._slots * _ENTRY.dtype.itemsize)
+        self._slots = self._reserved(count)
         clear(self._device, self._claims, self._slots * WORD)
         self._newest_serial = max(int(page.tiles.serial.max(initial=-1)) for page in self._field.pages)
         self._look_up(self._preserve, held)
+
+    def _reserved(self, count: int) -> int:
+        """Number of slots of a table for the states of so many blades, for which there is room then."""
+        slots = 1 << int(np.ceil(np.log2(2 * max(count, 1))))
+        self._claims = at_least(self._device, self._claims, slots * WORD)
+        self._entries = at_least(self._device, self._entries, slots * _ENTRY.dtype.itemsize)
+        return slots
 
     def _restore_preserved(self, forget: bool) -> None:
         """Give blades of new tiles that were simulated before their states back, unless all is to be forgotten."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import release_all
+from greensward.gpu.buffers import clear, release_all
 from greensward.gpu.device import Device
 from greensward.sowing.pages import Floats, Indices, Page, Tiles, page_numbers
 from greensward.sowing.sower import Sower, Table
@@ -194,6 +194,9 @@ class StreamedPages:
                 self._place(rows, number)
             if first and self.free < int(_ROOM * total[0]):
                 self._add_page(np.zeros(2, np.int64), total, next_number())
+                room = self.pages[-1].blades
+                # drivers commit memory when it is first written, 15 ms for 300 MB
+                clear(self._device, room, room.size)
         counts["start"], counts["head_start"], counts["page"] = rows["start"], rows["head_start"], rows["page"]
         self._sower.place(counts, self.pages)
         return rows

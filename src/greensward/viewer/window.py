@@ -1,6 +1,7 @@
 """Window: its context, its events, and the main loop. The only module that knows GLFW."""
 
 import contextlib
+import gc
 import os
 import signal
 import sys
@@ -229,6 +230,8 @@ def run(session: Session, size: tuple[int, int] = (1280, 800)) -> None:
     application = Application(window.contexts, session)
     viewer = application.viewer
     signals: list[int] = []
+    # else a full collection of all that was imported stops one frame of hundreds for 15 ms
+    gc.freeze()
     application.ui.share_clipboard(window.read_clipboard, window.write_clipboard)
     try:
         last = time.perf_counter()
