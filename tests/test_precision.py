@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from greensward.scene import Camera
+from greensward.scene import Camera, SurfaceClass
+from greensward.techniques import TECHNIQUES
 from reprojection import world_points
 from small_scenes import small_scene
 
-_FAR = 10_240.0
+_FAR = 10_240.0, 999_424.0
 _STEPS = [(0.0, 0.0), (0.0004, 0.0), (0.0011, -0.0007)]  # less than a float tells apart out there
 
 
@@ -20,8 +21,8 @@ def _camera(x: float, z: float) -> Camera:
 @pytest.mark.slow
 @pytest.mark.parametrize("technique", ["bezier-blades", "visibility-buffer"])
 @pytest.mark.parametrize("stage", ["fragment", "compute"])
-@pytest.mark.parametrize("stored_m", [None, 0.0])
-def test_motion_of_still_grass_is_that_of_the_camera(renderer, technique, stage, stored_m):
+@pytest.mark.parametrize(("far_m", "stored_m"), [(_FAR[0], None), (_FAR[0], 0.0), (_FAR[1], None)])
+def test_motion_of_still_grass_is_that_of_the_camera(renderer, technique, stage, far_m, stored_m):
     if stored_m is not None and technique == "bezier-blades":
         pytest.skip("draws stored blades only")
     sowing = {"density_per_m2": 400.0} | ({} if stored_m is None else {"stored_m": stored_m})
@@ -29,7 +30,7 @@ def test_motion_of_still_grass_is_that_of_the_camera(renderer, technique, stage,
     drawn = renderer(scene, size=(320, 180), stage=stage)
     previous = None
     for time_s, (right, ahead) in enumerate(_STEPS):
-        camera = _camera(_FAR + right, -_FAR + ahead)
+        camera = _camera(far_m + right, -far_m + ahead)
         truth = drawn.render(float(time_s), camera=camera, aovs=["motion", "depth", "class", "blade_id"]).truth
         if previous is not None:
             shown = truth["blade_id"] > 0
@@ -45,3 +46,91 @@ def _pixels(drawn, camera: Camera, points: np.ndarray) -> np.ndarray:
     view_from_world, clip_from_view = drawn.camera_matrices(camera)
     clip = np.concatenate([points, np.ones((len(points), 1))], 1) @ (clip_from_view @ view_from_world).T
     return clip[:, :2] / clip[:, 3:] * 0.5 * np.array(drawn.size) * (1.0, -1.0)
+
+
+# Anchors from which shaders count ---------------------------------------------------------------------------
+
+_LOW_AND_HIGH = {"kind": "endless", "size_m": [96.0, 80.0], "samples": 97, "height_m": 4.0, "wavelength_m": 25.0}
+_WINDS = [
+    {"kind": "gusts", "speed_mps": 5.0, "gust_m": 3.7},
+    {"kind": "strong", "power_mps": 3.0},
+    {"kind": "waves", "speed_mps": 3.0},
+    {"kind": "ripples", "speed_mps": 2.0},
+    {"kind": "idle"},
+    {"kind": "wake", "cells": 15, "cell_m": 0.7},
+]
+
+
+def _at_a_border(lands: float, name: str, technique: str) -> tuple[dict, Camera]:
+    """A scene around a camera on the border between two anchors."""
+    x = 4096.0 + 8192.0 * lands
+    near = x - 0.5, 0.0, -2.0
+    tables = {
+        "plain": {},
+        "winds": {"wind": _WINDS},
+        "objects": {
+            "wind": [{"kind": "helicopter", "centre_m": [x, -4.0]}, {"kind": "whirl", "centre_m": [x, 2.0, -3.0]}],
+            "object": [
+                {"kind": "sphere", "position_m": near, "size_m": [0.6, 0.6, 0.6], "grass": {"density_per_m2": 90.0}}
+            ],
+            "force": [{"kind": "tracks", "path": [[x - 1.5, 2.0], [x + 1.0, -4.0]]}],
+            "simulation": {"within_m": 8.0, "gravity_centre_m": [x, -50.0, 0.0], "gravity_towards": 0.5},
+        },
+        "flowers": {"flowers": [{"density_per_m2": 3.0, "height_m": [0.4, 0.7], "reach_m": 20.0}]},
+    }[name]
+    if technique in ("tessellated-quads", "geometry-billboards", "billboard-grid"):
+        tables.pop("simulation", None)
+    settings = {"tessellated-quads": {"mode": "instanced", "patch_m": 3.3}}.get(technique, {})
+    scene = {
+        "ground": _LOW_AND_HIGH,
+        "sowing": {"density_per_m2": 120.0, "full_density_m": 6.0, "reach_m": 15.0, "clumping": 0.8, "drift": 1.0},
+        "technique": {"name": technique, **settings},
+        **tables,
+    }
+    camera = Camera(position_m=(x, 1.2, 1.0), target_m=(x - 0.2, 0.4, -4.0))
+    return scene, camera
+
+
+@pytest.mark.parametrize("lands", [0.0, 120.0])
+@pytest.mark.parametrize(
+    ("name", "technique"),
+    [
+        *(("plain", each.name) for each in TECHNIQUES),
+        *((name, "bezier-blades") for name in ("winds", "objects", "flowers")),
+    ],
+)
+def test_at_a_border_the_picture_is_the_same_from_either_anchor(renderer, lands, name, technique):
+    tables, camera = _at_a_border(lands, name, technique)
+    frames = []
+    for aside in (-1e-6, 1e-6):
+        x, *rest = camera.position_m
+        beside = camera.model_copy(update={"position_m": (x + aside, *rest)})
+        drawn = renderer(small_scene(**tables, camera=beside.model_dump()), size=(240, 135))
+        for time_s in (1.0, 1.0 + 1 / 60):
+            frame = drawn.render(time_s, aovs=["class", "depth", "motion", "blade_id"])
+        frames.append(frame)
+    one, two = frames
+    assert (one.truth["class"] == SurfaceClass.GRASS).mean() > 0.15
+    same = one.truth["blade_id"] == two.truth["blade_id"]
+    # half a millimetre decides at edges, and which texel of a picture of grass shows
+    assert same.mean() > (0.5 if technique == "billboard-grid" else 0.96)
+    assert np.isclose(one.truth["depth"], two.truth["depth"], rtol=1e-3)[same].mean() > 0.99
+    assert np.quantile(np.abs(one.truth["motion"] - two.truth["motion"])[same], 0.99) < 0.05
+    assert np.quantile(np.abs(one.image.astype(int) - two.image), 0.95) <= 6
+
+
+def test_grass_goes_on_over_a_border(renderer):
+    """Simulated blades keep their states where shaders begin to count from another anchor."""
+    tables, camera = _at_a_border(3.0, "winds", "visibility-buffer")
+    scene = small_scene(**tables, simulation={"within_m": 8.0})
+    speeds: list[float] = []
+    walked = renderer(scene, size=(240, 135))
+    x, *rest = camera.position_m
+    for frame in range(20):
+        at = camera.model_copy(update={"position_m": (x - 0.4 + 0.05 * frame, *rest)})
+        truth = walked.render(frame / 60, camera=at, aovs=["motion", "blade_id"]).truth
+        shown = truth["blade_id"] > 0
+        speed = np.quantile(np.linalg.norm(truth["motion"][shown], axis=1), 0.9)
+        if frame > 4:
+            assert speed < 3.0 * np.median(speeds), "pixels"
+        speeds.append(speed)

@@ -11,7 +11,7 @@ from greensward.culling import ChunkRange, DepthPyramid, VisibleSet
 from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device, Stage
 from greensward.gpu.kernels import Bindings
-from greensward.gpu.view import View
+from greensward.gpu.view import View, anchor_near
 from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.motion import (
@@ -100,20 +100,34 @@ class World:
         self.visible = VisibleSet(device, scene)
         self._analytic: list[tuple[Page, ChunkRange]] = []
         self._focus: Floats | None = None
+        self._anchor_ws = np.zeros(3)
         # unstored tiles are cheap to leave and dear to list
         self._step_m = scene.sowing.full_density_m * (_STEP if scene.sowing.stored_m is None else _COARSE_STEP)
 
     def follow(self, camera_ws: Floats) -> None:
         """Make the field around the camera resident, in steps of a grid: it depends on where the camera is alone."""
-        cell = np.floor(camera_ws / self._step_m)
-        if self._focus is not None and np.array_equal(cell[[0, 2]], np.floor(self._focus / self._step_m)[[0, 2]]):
+        cell, anchor_ws = np.floor(camera_ws / self._step_m), anchor_near(camera_ws)
+        moved = not np.array_equal(anchor_ws, self._anchor_ws)
+        if moved:
+            self._count_from(anchor_ws)
+        if (
+            not moved
+            and self._focus is not None
+            and np.array_equal(cell[[0, 2]], np.floor(self._focus / self._step_m)[[0, 2]])
+        ):
             return
         focus = (cell + 0.5) * self._step_m
         if self._sown:
             preserve = self._simulation.preserve if self._simulation else None
-            if self.field.sow(focus, self._step_m * np.sqrt(0.5), preserve):
+            if self.field.sow(focus, self._step_m * np.sqrt(0.5), preserve, again=moved):
                 self.visible.forget()
         self._focus = focus
+
+    def _count_from(self, anchor_ws: Floats) -> None:
+        """Count points of the world from another anchor in shaders."""
+        self._anchor_ws = anchor_ws
+        for part in (self.ground, self.field, self._winds, self._forces, self._poses):
+            part.count_from(anchor_ws)
 
     def can_change(self, scene: Scene) -> bool:
         """Return whether shaders and objects are good for another scene's winds and forces."""
@@ -125,6 +139,7 @@ class World:
             forces = Forces(self.device, scene)
             self._forces.release()
             self._forces = forces
+            forces.count_from(self._anchor_ws)
             self.bindings.update(forces.bindings)
         if scene.wind != self.scene.wind:
             self._winds.change(scene, self.ground.heights)

@@ -20,7 +20,7 @@ def _points(count: int = 800, extent: float = 30.0) -> np.ndarray:
 
 def _wind_at(device, winds: list[dict[str, float]], p: np.ndarray, time_s: float, seed: int = 5) -> np.ndarray:
     block = {WINDS_BLOCK: wind_values(tuple(Gusts(**w) for w in winds), seed)}
-    return shader_call(device, "motion/wind.glsl", f"windAt(p, {time_s}).wind", {"p": p}, "vec4", blocks=block)
+    return shader_call(device, "motion/wind.glsl", f"windAt(p, 0.0, {time_s}).wind", {"p": p}, "vec4", blocks=block)
 
 
 @pytest.mark.parametrize("time_s", [0.0, 7.3, -4.0, 300.0])

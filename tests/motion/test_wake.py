@@ -33,7 +33,7 @@ def _path(time_s: float) -> np.ndarray:
 class _Shown:
     """Layers of a wind field that are kept here in place of a GPU."""
 
-    def show(self, before: Grid, now: Grid, times_s: tuple[float, float]) -> None:
+    def show(self, before: Grid, now: Grid, times_s: tuple[float, float], _: np.ndarray) -> None:
         self.before, self.now, self.times_s = before, now.copy(), times_s
 
 
@@ -291,12 +291,12 @@ def blown(device):
         grid.follow(np.array(camera))
         grid.velocities = random.normal(scale=5.0, size=(9, 9, 2))
     layers = WakeLayers(device, 9)
-    layers.show(before, now, (1.0, 1.5))
+    layers.show(before, now, (1.0, 1.5), np.zeros(3))
     points = random.uniform([-4, 0, -2], [5, 1, 7], (500, 3)).astype(np.float32)
 
     def at(time_s: float) -> np.ndarray:
         block = {WINDS_BLOCK: wind_values((Wake(cells=9, cell_m=0.7),), 5)}
-        call = f"windAt(p, {time_s}).wind.xyz"
+        call = f"windAt(p, 0.0, {time_s}).wind.xyz"
         return shader_call(
             device, "motion/wind.glsl", call, {"p": points}, "vec3", blocks=block, bindings=layers.bindings
         )

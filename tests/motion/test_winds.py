@@ -40,7 +40,12 @@ def _points(count: int = 600) -> np.ndarray:
 def _air(device, winds, p, time_s, part: str = "wind.xyz", seed: int = 5) -> np.ndarray:
     models = tuple(TypeAdapter(Wind).validate_python(w) for w in winds)
     block = {WINDS_BLOCK: wind_values(models, seed)}
-    return shader_call(device, "motion/wind.glsl", f"windAt(p, {time_s}).{part}", {"p": p}, "vec3", blocks=block)
+    inputs = {"p": p, "phase": _phases(p)}
+    return shader_call(device, "motion/wind.glsl", f"windAt(p, phase, {time_s}).{part}", inputs, "vec3", blocks=block)
+
+
+def _phases(p: np.ndarray) -> np.ndarray:
+    return (np.arange(len(p)) / len(p)).astype(np.float32)
 
 
 def _without_kind(wind: dict[str, object], *names: str) -> list[object]:
@@ -65,7 +70,7 @@ def _expected(kind: str, p: np.ndarray, t: float) -> np.ndarray:
         case "ripples":
             return wind_kinds.ripples(p, t, *(value for name, value in _RIPPLES.items() if name != "kind"))
         case "idle":
-            return wind_kinds.idle(p, t, 300.0, 2.0, 2.6)
+            return wind_kinds.idle(_phases(p), t, 300.0, 2.0, 2.6)
         case "whirl":
             return wind_kinds.whirl(p, t, _WHIRL["centre_m"], 40.0, 6.0, 1.5)
         case _:
@@ -115,37 +120,29 @@ def test_ripples_are_as_smooth_far_from_the_origin(device):
     assert np.abs(_air(device, [_RIPPLES], p, 3.0) - expected).max() < 0.02
 
 
-def test_idle_blades_have_phases_of_their_own(device):
-    """The phase is the root's x and z alone, so a blade keeps it, and the height of the ground has no part in it."""
-    p = _points(200)
-    raised = p + np.array([0, 3, 0], np.float32)
-    phases, again = (
-        shader_call(device, "motion/wind.glsl", "idlePhase(p)", {"p": each}, "float") for each in (p, raised)
-    )
-    assert np.array_equal(phases, wind_kinds.phase(p))
-    assert np.array_equal(phases, again)
-    assert len(np.unique(phases)) == len(p)
-    assert (np.histogram(phases, 4, (0, 1))[0] > 25).all()
-
-
 @pytest.mark.parametrize("rides", [False, True])
-def test_a_blade_that_rides_on_an_object_keeps_its_phase(device, rides):
-    """Its root goes with the object; a blade of the ground is known by its root."""
+def test_a_blade_keeps_its_phase(device, rides):
+    """Wherever its root is counted from, whichever tile holds it, and on an object whichever way that turns it."""
     flags = 64 if rides else 0  # `BladeFlag.ON_OBJECT`
     body = (
-        "Blade b = Blade(p.x, p.y, p.z, 0.0, p.x, p.y, p.z, 1.0, p.x, p.y, p.z, 0.01, 0u, 0.5, "
+        "Blade b = Blade(p.x, p.y, p.z, facing, p.x, p.y, p.z, 1.0, p.x, p.y, p.z, 0.01, 0u, 0.5, "
         f"{flags}u, chance); result = ownPhase(b);"
     )
-    chance = np.arange(50, dtype=np.uint32) * np.uint32(77_777_777)
-    places = _points(50), _points(50)
-    phases = [
-        shader_call(device, "motion/pose.glsl", body, {"p": p, "chance": chance}, "float", defines={"FORM": 0})
-        for p in places
-    ]
-    assert np.array_equal(*phases) == rides
-    assert len(np.unique(phases[0])) == 50
+    random = np.arange(200, dtype=np.uint32) * np.uint32(321)
+    facing = np.linspace(0.0, 6.0, 200, dtype=np.float32)
+
+    def phases(rank: int, turned: float) -> np.ndarray:
+        inputs = {"p": _points(200), "chance": random << np.uint32(16) | np.uint32(rank), "facing": facing}
+        inputs["facing"] = facing + np.float32(turned)
+        return shader_call(device, "motion/pose.glsl", body, inputs, "float", defines={"FORM": 0})
+
+    first = phases(7, 0.0)
+    assert len(np.unique(first)) == 200
+    assert (np.histogram(first, 4, (0, 1))[0] > 25).all()
+    assert np.array_equal(first, phases(7, 0.5)) == rides
     if not rides:
-        assert np.array_equal(phases[0], wind_kinds.phase(places[0]))
+        assert np.array_equal(first, phases(900, 0.0))
+        assert np.array_equal(first, wind_kinds.phase(random, facing))
 
 
 @pytest.mark.parametrize("time_s", [0.3, 3e4 + 1 / 3, 1e6 / 3, 2e6 + 0.9])
@@ -153,7 +150,7 @@ def test_idle_wind_is_as_exact_as_its_time(device, time_s):
     """It errs by no more than single precision does in the time."""
     p, step_s = _points(100), float(np.spacing(np.float32(time_s)))
     time_s, period = (float(np.float32(value)) for value in (time_s, 2.6))
-    expected = wind_kinds.idle(p, time_s, 300.0, 2.0, period)
+    expected = wind_kinds.idle(_phases(p), time_s, 300.0, 2.0, period)
     assert np.abs(_air(device, [_IDLE], p, time_s) - expected).max() < 2.0 * 2.0 * np.pi / period * step_s + 1e-4
 
 
@@ -182,7 +179,7 @@ def test_a_struct_has_a_member_for_each_number(kind):
     wind = kind(files=("a.png",)) if kind.__name__ == "Texture" else kind()
     _, _, members = winds_module._GLSL[kind]
     width = sum(1 if of == "float" else int(of[-1]) for _, of in members)
-    assert len(winds_module._numbers(wind, None, 0)) == width < 4 * ROWS
+    assert len(winds_module._numbers(wind, None, 0, np.zeros(3))) == width < 4 * ROWS
 
 
 @pytest.mark.parametrize("kind", _KINDS)
@@ -192,7 +189,7 @@ def test_kinds_that_a_scene_has_not_are_left_out_and_the_others_stay(device, kin
         shader_call(
             device,
             "motion/wind.glsl",
-            "windAt(p, 1.0).wind.xyz + windAt(p, 1.0).blast",
+            "windAt(p, 0.0, 1.0).wind.xyz + windAt(p, 0.0, 1.0).blast",
             {"p": p},
             "vec3",
             blocks={WINDS_BLOCK: wind_values((model,), 5)},
@@ -225,7 +222,7 @@ def painted(device, tmp_path):
     winds = Winds(device, scene, HeightField.of(scene))
 
     def at(p: np.ndarray, time_s: float) -> np.ndarray:
-        call = f"windAt(p, {time_s}).wind.xyz"
+        call = f"windAt(p, 0.0, {time_s}).wind.xyz"
         return shader_call(device, "motion/wind.glsl", call, {"p": p}, "vec3", bindings=winds.bindings)
 
     yield at

@@ -44,15 +44,15 @@ def random(p: np.ndarray, t: float, seed: int, power, period) -> np.ndarray:
     return direction * power * np.sin(2 * np.pi * t / period)
 
 
-def phase(p: np.ndarray) -> np.ndarray:
-    """Phase of a blade in turns: a hash of the bits of its root's x and z."""
-    bits = np.ascontiguousarray(p[:, [0, 2]], np.float32).view(np.uint32)
-    return unit(hashes(np.column_stack([bits, np.zeros(len(p), np.uint32)]))[:, 0])
+def phase(random: np.ndarray, facing: np.ndarray) -> np.ndarray:
+    """Phase of a blade of the ground in turns: a hash of its random number (16 bits) and of the bits of its angle."""
+    bits = facing.astype(np.float32).view(np.uint32)
+    return unit(hashes(np.column_stack([random, bits, np.ones(len(bits))]).astype(np.uint32))[:, 0])
 
 
-def idle(p: np.ndarray, t: float, direction_deg, speed, period) -> np.ndarray:
+def idle(phase: np.ndarray, t: float, direction_deg, speed, period) -> np.ndarray:
     """Derstroff, section 2.6: (1, 0, 1) * sin(phi + mod(t, f) / f * 2 pi) * s."""
-    turned = np.sin(2 * np.pi * phase(p) + np.mod(t, period) / period * 2 * np.pi)
+    turned = np.sin(2 * np.pi * phase + np.mod(t, period) / period * 2 * np.pi)
     return (speed * turned)[:, None] * towards(direction_deg)
 
 

@@ -10,10 +10,27 @@ import numpy.typing as npt
 from greensward.gpu.layouts import block
 
 Matrix = npt.NDArray[np.float64]
+_ANCHORS_M = 8192.0
+"""Distance of anchors along x and z: near one, a float32 is exact to half a millimetre."""
+
+
+def anchor_near(point_ws: Matrix) -> Matrix:
+    """Find the anchor of a camera (3,): the point of the world from which shaders count, in small numbers."""
+    x, _, z = _ANCHORS_M * np.round(point_ws / _ANCHORS_M)
+    return np.array([x + 0.0, 0.0, z + 0.0])  # without a negative zero
+
+
+def anchored(moved: Matrix, anchor_ws: Matrix) -> Matrix:
+    """Matrices (..., 4, 4) that take points of the world to points counted from an anchor."""
+    result = moved.copy()
+    result[..., :3, 3] -= anchor_ws
+    return result
+
 
 VIEW_BLOCK = block(
     "View",
-    # relative space is the world seen from `origin_ws`, a point by the camera: exact wherever the camera is
+    # relative space is the world seen from `origin_ws`, a point by the camera: exact wherever the camera is;
+    # that point and all others of the world are counted from the camera's anchor
     ("clip_from_relative", "mat4"),
     ("jittered_clip_from_relative", "mat4"),
     ("previous_clip_from_relative", "mat4"),
@@ -59,6 +76,11 @@ class View:
         """The six clip planes, rows (nx, ny, nz, d), inside where n·p + d ≥ 0 (Gribb & Hartmann 2001)."""
         m = self.clip_from_world
         return np.concatenate([m[3] + m[:3], m[3] - m[:3]])
+
+    @property
+    def anchor_ws(self) -> npt.NDArray[np.float64]:
+        """Point of the world, (3,), from which shaders count."""
+        return anchor_near(self.camera_ws)
 
     @property
     def origin_ws(self) -> npt.NDArray[np.float64]:
@@ -112,7 +134,7 @@ class View:
 def view_values(view: View, previous: View, offset_px: tuple[float, float] = (0.0, 0.0)) -> dict[str, Any]:
     """Members of the `View` block: the view, the one a frame ago, and the sub-sample's offset in pixels."""
     width, height = view.size_px
-    origin, moved = view.origin_ws, view.world_from_relative
+    origin, moved, anchor = view.origin_ws, view.world_from_relative, view.anchor_ws
     jitter = 2.0 * offset_px[0] / width, 2.0 * offset_px[1] / height
     relative = view.clip_from_world @ moved
     jittered = relative.copy()
@@ -122,11 +144,11 @@ def view_values(view: View, previous: View, offset_px: tuple[float, float] = (0.
         "clip_from_relative": relative,
         "jittered_clip_from_relative": jittered,
         "previous_clip_from_relative": previous.clip_from_world @ moved,
-        "origin_ws": (*origin, 0.0),
+        "origin_ws": (*(origin - anchor), 0.0),
         "eye_rs": (*(view.eye_ws[:3] - origin * view.eye_ws[3]), view.eye_ws[3]),
         "axis_rs": (*view.axis_ws[:3], view.axis_ws[:3] @ origin + view.axis_ws[3]),
-        "eye_ws": view.eye_ws,
-        "camera_ws": (*view.camera_ws, view.camera_pixel_m),
+        "eye_ws": (*(view.eye_ws[:3] - anchor * view.eye_ws[3]), view.eye_ws[3]),
+        "camera_ws": (*(view.camera_ws - anchor), view.camera_pixel_m),
         "size_px": (width, height, 1.0 / width, 1.0 / height),
         "corner_ray": (*view.rays_ws[0], 0.0),
         "right_ray": (*view.rays_ws[1], 0.0),

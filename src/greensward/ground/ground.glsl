@@ -10,9 +10,12 @@ float folded(float at, float last) {
     return ground.beyond == REPEAT ? mod(at, last) : last - abs(last - mod(at, 2.0 * last));
 }
 
+// Where a point counted from the anchor lies in the world: exact enough for what is smooth
+vec2 inWorld(vec2 xz) { return xz + ground.anchor_m; }
+
 float groundHeight(vec2 xz) {
     vec2 last = ground.samples - 1.0;
-    vec2 at = (xz + 0.5 * ground.size_m) * ground.samples_per_m;
+    vec2 at = (xz + ground.folded_anchor_m + 0.5 * ground.size_m) * ground.samples_per_m;
     at = vec2(folded(at.x, last.x), folded(at.y, last.y));
     vec2 corner = min(floor(at), last - 1.0);
     vec2 f = at - corner;
@@ -31,6 +34,6 @@ vec3 groundNormal(vec2 xz) {
 
 // Maps cover the ground exactly; beyond its edge they go on like the heights.
 vec2 mapUv(vec2 xz) {
-    vec2 uv = xz / ground.size_m + 0.5;
+    vec2 uv = (xz + ground.folded_anchor_m) / ground.size_m + 0.5;
     return vec2(folded(uv.x, 1.0), folded(uv.y, 1.0));
 }

@@ -2,6 +2,7 @@
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 from PIL import Image
 
 from greensward.gpu.device import Device
@@ -24,7 +25,14 @@ GROUND_BLOCK = block(
     ("tile_area_m", "vec4", MOST_TILES),  # x and z, least and greatest
     ("tile_mean", "vec4", MOST_TILES),  # mean colour; copies of the texture on a metre
     ("tiles", "int"),
+    ("anchor_m", "vec2"),  # in the world, x and z
+    ("folded_anchor_m", "vec2"),  # without whole copies of the ground
+    ("soil_anchor", "vec2"),  # without whole copies of the soil, in copies
+    ("hexagon", "ivec2"),  # of the soil, in which the anchor lies
+    ("in_hexagon", "vec2"),
 )
+SOIL_HEXAGONS = np.array([[1.0, -0.57735027], [0.0, 1.15470054]]) * 1.7
+"""From copies of the soil's texture to the lattice of `untiled` in passes/terrain/material.glsl."""
 
 
 _LIGHT = decoded(np.arange(256) / 255.0)
@@ -65,13 +73,14 @@ class GroundGpu:
             self.bindings[name] = texture
             if file and name == "density_map":
                 self.mean_density = float(pixels[..., 0].mean() / 255.0)
+        self._soil_per_m = 1.0 / ground.texture_m
         mean = _LIGHT[soil[..., :3]].mean(axis=(0, 1))
         self._block = BlockBuffer(device.ctx, GROUND_BLOCK)
         self._block.set(
             size_m=ground.size_m,
             samples=(columns, rows),
             samples_per_m=(1.0 / heights.cell_m()[0], 1.0 / heights.cell_m()[1]),
-            soil_per_m=1.0 / ground.texture_m,
+            soil_per_m=self._soil_per_m,
             beyond=("mirror", "bare", "repeat").index(ground.beyond),
             soil_mean=(*mean, 0.0),
             tiles=len(ground.tile),
@@ -79,6 +88,19 @@ class GroundGpu:
         self.bindings["Ground"] = self._block
         if ground.tile:
             self.bindings["tile_soils"] = self._tile_array(device.ctx, scene)
+
+    def count_from(self, anchor_ws: npt.NDArray[np.float64]) -> None:
+        """Count points of the world from an anchor (3,) from now on."""
+        at = anchor_ws[[0, 2]]
+        copies = at * self._soil_per_m
+        hexagon = SOIL_HEXAGONS @ copies
+        self._block.set(
+            anchor_m=at,
+            folded_anchor_m=np.fmod(at, self.heights.period_m),
+            soil_anchor=copies - np.floor(copies),
+            hexagon=np.floor(hexagon).astype(np.int32),
+            in_hexagon=hexagon - np.floor(hexagon),
+        )
 
     def _tile_array(self, ctx: moderngl.Context, scene: Scene) -> moderngl.TextureArray:
         """Soils of the ground's tiles, as square roots of linear colours, and what the block says of them."""

@@ -66,6 +66,11 @@ class HeightField:
         rows, columns = self.heights.shape
         return self.size_m[0] / (columns - 1), self.size_m[1] / (rows - 1)
 
+    @property
+    def period_m(self) -> Array:
+        """Distance along x and z after which the ground is the same again, (2,)."""
+        return np.array(self.size_m) * (1.0 if self.repeats else 2.0)
+
     def height(self, x: npt.ArrayLike, z: npt.ArrayLike) -> Array:
         """Height in metres at the points (x, z), bilinear between samples; float64 of the broadcast shape."""
         rows, columns = self.heights.shape

@@ -43,14 +43,14 @@ float march(vec3 eye, vec3 ray, float from, float above_m) {
         t = (relief_m.y - eye.y) / ray.y;
     }
     if (relief_m.x == relief_m.y) return t;
-    vec2 last = ground.samples - 1.0, at0 = (eye.xz + 0.5 * ground.size_m) * ground.samples_per_m;
+    vec2 last = ground.samples - 1.0, at0 = (eye.xz + ground.folded_anchor_m + 0.5 * ground.size_m) * ground.samples_per_m;
     vec2 along = ray.xz * ground.samples_per_m;
     float nudge = 1e-3 / max(max(abs(along.x), abs(along.y)), 1e-6);  // a thousandth of a cell
     int level = top_level;
     for (int i = 0; i < 400 && t < range_m.y; i++) {
-        // beyond its edge the ground goes on mirrored
+        // beyond its edge the ground goes on mirrored, or repeated
         vec2 at = at0 + along * t, copy = floor(at / last), inside = at - copy * last, direction = along;
-        bvec2 turned = notEqual(mod(copy, 2.0), vec2(0.0));
+        bvec2 turned = ground.beyond == REPEAT ? bvec2(false) : notEqual(mod(copy, 2.0), vec2(0.0));
         if (turned.x) { inside.x = last.x - inside.x; direction.x = -direction.x; }
         if (turned.y) { inside.y = last.y - inside.y; direction.y = -direction.y; }
         ivec2 cell = clamp(ivec2(inside), ivec2(0), ivec2(last) - 1) >> level;

@@ -72,7 +72,7 @@ class Colliders:
         self._owner = np.repeat(np.arange(len(found)), [len(balls) for balls in found])
         self.count = len(self._balls)
         self.moving = any(self._placing.moving)
-        self._placed: Floats | None = None
+        self._anchor_ws: Floats | None = None
         self._block = BlockBuffer(ctx, COLLIDERS_BLOCK)
         self._buffer = ctx.buffer(reserve=max(self.count, 1) * MOST_INSTANTS * _BALL.dtype.itemsize)
         self._reaches = ctx.buffer(reserve=max(self.count, 1) * _REACH.dtype.itemsize)
@@ -81,17 +81,18 @@ class Colliders:
         self.bindings: Bindings = {"Colliders": self._block, "Balls": self._buffer, "Cells": self._cells}
         """Block, balls and cells, by their names in shaders."""
 
-    def place(self, times_s: Sequence[float], tallest_m: float) -> None:
+    def place(self, times_s: Sequence[float], tallest_m: float, anchor_ws: Floats) -> None:
         """Take up the objects' places at up to `MOST_INSTANTS` instants; `tallest_m` is of the grass.
 
-        Lists what reaches into each cell at any of them.
+        Lists what reaches into each cell at any of them. Shaders count from the anchor, (3,).
         """
-        if not self.count or (self._placed is not None and not self.moving):
+        same = self._anchor_ws is not None and np.array_equal(anchor_ws, self._anchor_ws)
+        if not self.count or (same and not self.moving):
             return
+        self._anchor_ws = anchor_ws
         placed = np.stack([self._placing.at(time_s) for time_s in (times_s if self.moving else times_s[-1:])])
-        self._placed = placed
         owned = placed[:, self._owner]
-        turn, shift = owned[..., :3, :3], owned[..., :3, 3]
+        turn, shift = owned[..., :3, :3], owned[..., :3, 3] - anchor_ws
         rows = np.zeros((len(placed), self.count, 2, 4), np.float32)
         for end in (0, 1):
             rows[:, :, end, :3] = np.einsum("snij,nj->sni", turn, self._balls[:, 3 * end : 3 * end + 3]) + shift

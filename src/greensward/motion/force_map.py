@@ -38,14 +38,14 @@ text(
 )
 
 
-def force_values(layers: Sequence[ForceLayer]) -> dict[str, object]:
-    """Members of the `Forces` block."""
+def force_values(layers: Sequence[ForceLayer], anchor_m: npt.ArrayLike = (0.0, 0.0)) -> dict[str, object]:
+    """Members of the `Forces` block; places are counted from the anchor, x and z."""
     rows = np.zeros((MOST_FORCES, ROWS * 4), np.float32)
     for row, layer in zip(rows, layers, strict=False):
         yaw = math.radians(layer.yaw_deg)
         height, width = layer.texels.shape[:2]
         row[:] = (
-            *(*layer.centre_m, math.cos(yaw), math.sin(yaw)),
+            *(*np.subtract(layer.centre_m, anchor_m), math.cos(yaw), math.sin(yaw)),
             *(0.5 * layer.size_m[0], 0.5 * layer.size_m[1], width, height),
             *(layer.start_s, layer.fades_s or 0.0, layer.always, 0.0),
         )
@@ -70,18 +70,23 @@ class Forces:
     """Forces of the scene, for shaders that include `motion/force_map.glsl`; nothing where it has none."""
 
     def __init__(self, device: Device, scene: Scene) -> None:
-        layers = [layer_of(force, scene.resolve) for force in scene.force]
+        layers = self._layers = [layer_of(force, scene.resolve) for force in scene.force]
         self.bindings: Bindings = {}
         """Block and maps, by their names in shaders."""
         if layers:
-            forces = BlockBuffer(device.ctx, FORCES_BLOCK)
-            forces.set(**force_values(layers))  # type: ignore[arg-type]
+            self._block = forces = BlockBuffer(device.ctx, FORCES_BLOCK)
+            self.count_from(np.zeros(3))
             pictures = force_pictures(layers)
             count, height, width, _ = pictures.shape
             maps = device.ctx.texture_array((width, height, count), 4, pictures.tobytes(), dtype="f2")
             maps.filter = moderngl.LINEAR, moderngl.LINEAR
             maps.repeat_x = maps.repeat_y = False
             self.bindings = {"Forces": forces, "force_maps": maps}
+
+    def count_from(self, anchor_ws: npt.NDArray[np.float64]) -> None:
+        """Count points of the world from an anchor, (3,)."""
+        if self._layers:
+            self._block.set(**force_values(self._layers, anchor_ws[[0, 2]]))  # type: ignore[arg-type]
 
     def release(self) -> None:
         """Free the GPU memory."""

@@ -34,7 +34,9 @@ vec3 sag(Blade b, vec3 up, vec3 pull) {
 
 // Phase of a blade in idle wind. One that moves with an object is known by its random numbers instead of its place.
 float ownPhase(Blade b) {
-    return isOnObject(b) ? unit(hash3(uvec3(b.chance, 0u, 1u)).x) : idlePhase(bladeRoot(b));
+    // what is the blade's own wherever it is counted from, and whichever tile holds it; an object turns its blades
+    uvec2 own = isOnObject(b) ? uvec2(b.chance, 0u) : uvec2(b.chance >> 16u, floatBitsToUint(b.facing));
+    return unit(hash3(uvec3(own, 1u)).x);
 }
 
 Air airAround(Blade b, float time_s) { return windAt(bladeRoot(b), ownPhase(b), time_s); }

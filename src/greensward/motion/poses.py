@@ -3,6 +3,9 @@
 from collections.abc import Mapping
 from typing import get_args
 
+import numpy as np
+import numpy.typing as npt
+
 from greensward.culling import ChunkRange, ChunkTable
 from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Bindings, Kernel, Resource
@@ -26,14 +29,14 @@ MOTION_BLOCK = block(
 FORMS: tuple[str, ...] = get_args(Simulation.model_fields["form"].annotation)
 
 
-def motion_values(settings: Simulation | None) -> dict[str, object]:
-    """Members of the `Motion` block."""
+def motion_values(settings: Simulation | None, anchor_ws: npt.ArrayLike = (0.0, 0.0, 0.0)) -> dict[str, object]:
+    """Members of the `Motion` block; the centre of gravity is counted from the anchor, (3,)."""
     settings = settings or Simulation()
     names = ("gravity_mps2", "forward", "recovery_hz", "rise_s", "step_s", "within_m")
     centre = settings.gravity_centre_m
     return {
         **{name: getattr(settings, name) for name in names},
-        "centre": (*centre, settings.gravity_towards) if centre else (0.0, 0.0, 0.0, 0.0),
+        "centre": (*np.subtract(centre, anchor_ws), settings.gravity_towards) if centre else (0.0, 0.0, 0.0, 0.0),
         "form": FORMS.index(settings.form),
     }
 
@@ -48,12 +51,16 @@ class Poses:
     """Analytic motion of the field in the scene's winds."""
 
     def __init__(self, device: Device, scene: Scene, bindings: Mapping[str, Resource]) -> None:
-        self._ctx = device.ctx
+        self._ctx, self._settings = device.ctx, scene.simulation
         self._block = BlockBuffer(device.ctx, MOTION_BLOCK)
         self._block.set(**motion_values(scene.simulation))  # type: ignore[arg-type]
         self.bindings: Bindings = {"Motion": self._block}
         """Block that every shader of motion reads besides the winds."""
         self._kernel = Kernel(device, "motion/poses.comp", motion_defines(scene), bindings)
+
+    def count_from(self, anchor_ws: npt.NDArray[np.float64]) -> None:
+        """Count points of the world from an anchor, (3,)."""
+        self._block.set(**motion_values(self._settings, anchor_ws))  # type: ignore[arg-type]
 
     def write(
         self, page: Page, blades: ChunkRange, chunks: ChunkTable, time_s: float, previous_time_s: float

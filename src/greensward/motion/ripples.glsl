@@ -6,8 +6,8 @@
 Air ripples(Ripples w, uint seed, vec3 p, float time_s) {
     vec2 downwind = w.direction, lengths = vec2(w.wave_m, w.swell_m);  // lengths of the waves
     vec2 at = vec2(-dot(p.xz, downwind), dot(p.xz, vec2(downwind.y, -downwind.x)));
-    float ahead = 0.25 / (abs(cos(3.14159265 * fract(at.y / w.front_m))) + w.epsilon);
-    vec2 turns = fract(at.x / lengths) + fract(vec2(1.0, lengths.x / lengths.y) * w.rate_hz * time_s) + ahead / lengths;
+    float ahead = 0.25 / (abs(cos(3.14159265 * fract(at.y / w.front_m + w.anchor.z))) + w.epsilon);
+    vec2 turns = fract(at.x / lengths + w.anchor.xy) + fract(vec2(1.0, lengths.x / lengths.y) * w.rate_hz * time_s) + ahead / lengths;
     turns = 6.28318531 * fract(turns);
     float power = w.speed_mps * sin(turns.x) * cos(turns.y);
     return Air(vec4(downwind.x * power, 0.0, downwind.y * power, 0.15 * abs(power)), vec3(0.0));

@@ -14,6 +14,7 @@ from greensward.gpu.buffers import at_least, clear, full, release_all
 from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Kernel, Resource
 from greensward.gpu.layouts import WORD, struct
+from greensward.gpu.view import anchor_near, anchored
 from greensward.motion.colliders import GRID, MOST_INSTANTS, Colliders
 from greensward.motion.poses import motion_defines
 from greensward.motion.stateful import MotionStep, Saved
@@ -126,7 +127,7 @@ class BladeSimulation:
         A first instant, one before the last, and one long after it find grass that has been moving for `settle_s`.
         """
         time_s, parts, chunks, placed_at = step.time_s, self._ranges, step.chunks, step.placed_at
-        enter, previous_time_s = step.culled, step.previous_time_s
+        enter, previous_time_s, anchor_ws = step.culled, step.previous_time_s, anchor_near(step.camera_ws)
         step_s = self._settings.step_s
         target = int(np.floor(time_s / step_s + 1e-6))
         settle = int(np.ceil(self._settings.settle_s / step_s))
@@ -143,7 +144,9 @@ class BladeSimulation:
             count = min(target - self._steps, MOST_INSTANTS - 1 if self._colliders.moving else _MOST_STEPS)
             last = _SHOWN_LAST if self._steps + count == target else 0
             self._colliders.place(
-                [*((self._steps + k) * step_s for k in range(1, count + 1)), time_s], self._field.tallest_m
+                [*((self._steps + k) * step_s for k in range(1, count + 1)), time_s],
+                self._field.tallest_m,
+                anchor_ws,
             )
             # how far what is grown on moves while these steps last, or within one where there is none
             from_s, steps = self._steps * step_s, max(count, 1)
@@ -151,7 +154,9 @@ class BladeSimulation:
             start_s, self._steps = from_s, self._steps + count
             for part in parts:
                 index = part.page.object_index
-                turned = np.zeros((4, 4)) if index is None else moved[index] @ np.linalg.inv(placed_at(time_s)[index])
+                turned = np.zeros((4, 4))
+                if index is not None:
+                    turned = moved[index] @ np.linalg.inv(anchored(placed_at(time_s)[index], anchor_ws))
                 for kernel, ranges in ((self._near, part.near), (self._edge, part.edge)):
                     for blades in ranges:
                         self._run(
@@ -163,7 +168,7 @@ class BladeSimulation:
                             steps=count,
                             rest=rest,
                             flags=first | last,
-                            camera=step.camera_ws,
+                            camera=step.camera_ws - anchor_ws,
                             moved_per_step=turned,
                             previous_from_now=part.page.previous_from_now,
                         )

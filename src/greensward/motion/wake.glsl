@@ -19,7 +19,7 @@ vec2 wakeIn(int layer, ivec2 origin, vec2 at) {
 
 // The field of the instant: the layer of one of the two frames, or between them for steps of a simulation
 Air wakeWind(WakeWind w, uint seed, vec3 p, float time_s) {
-    vec2 at = p.xz / w.cell_m - 0.5;
+    vec2 at = p.xz / w.cell_m + w.anchor - 0.5;
     float span = wake.times_s.y - wake.times_s.x;
     float now = span > 0.0 ? clamp((time_s - wake.times_s.x) / span, 0.0, 1.0) : 1.0;
     vec2 velocity = vec2(0.0);

@@ -16,6 +16,7 @@ from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Bindings
 from greensward.gpu.layouts import BlockBuffer, block
+from greensward.gpu.view import anchor_near
 from greensward.ground import HeightField
 from greensward.motion.stateful import MotionStep, Saved
 from greensward.objects.placing import height_of
@@ -68,13 +69,14 @@ class WakeLayers:
         self.bindings: Bindings = {"Wake": self._block, "wake_field": self._texture}
         """Block and velocities, by their names in shaders."""
 
-    def show(self, before: "Grid", now: "Grid", times_s: tuple[float, float]) -> None:
-        """Take over the fields of two instants."""
+    def show(self, before: "Grid", now: "Grid", times_s: tuple[float, float], anchor_ws: Floats) -> None:
+        """Take over the fields of two instants; shaders count from the anchor, (3,)."""
         layers = np.stack([before.velocities, now.velocities]).astype(np.float32)
         if not np.array_equal(layers, self._shown):
             self._texture.write(layers)
             self._shown = layers
-        self._block.set(origin_before=before.origin, origin=now.origin, times_s=times_s)
+        anchor = np.floor(anchor_ws[[0, 2]] / now.cell_m).astype(np.int64)
+        self._block.set(origin_before=before.origin - anchor, origin=now.origin - anchor, times_s=times_s)
 
     def release(self) -> None:
         """Free the GPU memory."""
@@ -178,7 +180,8 @@ class WindField:
         self._run(step, min(_steps_at(step.previous_time_s), target))
         before = self._grid.copy()
         self._run(step, target)
-        self._layers.show(before, self._grid, (min(step.previous_time_s, step.time_s), step.time_s))
+        times_s = min(step.previous_time_s, step.time_s), step.time_s
+        self._layers.show(before, self._grid, times_s, anchor_near(step.camera_ws))
         self._camera, self._time_s = step.camera_ws.copy(), step.time_s
 
     def _begins_anew(self, step: MotionStep, target: int) -> bool:

@@ -32,9 +32,16 @@ from greensward.scene import (
 )
 from greensward.scene.wind import MOST_WINDS, Wind
 
-ROWS = 3
+ROWS = 4
+Floats = npt.NDArray[np.float64]
 
-WINDS_BLOCK = block("Winds", ("rows", "vec4", MOST_WINDS * ROWS), ("count", "int"), ("seed", "uint"))
+WINDS_BLOCK = block(
+    "Winds",
+    ("rows", "vec4", MOST_WINDS * ROWS),
+    ("count", "int"),
+    ("seed", "uint"),
+    ("anchor_cm", "ivec2"),  # in the world
+)
 _STRENGTH = (("speed_mps", "float"), ("interval_m", "float"), ("steadiness", "float"))
 # what a kind is called in GLSL: its struct, the function of its file, and the members of the struct
 _GLSL: dict[type, tuple[str, str, tuple[tuple[str, str], ...]]] = {
@@ -47,9 +54,11 @@ _GLSL: dict[type, tuple[str, str, tuple[tuple[str, str], ...]]] = {
             ("gustiness", "float"),
             ("gust_m", "float"),
             ("turbulence", "float"),
+            ("front", "vec4"),  # cell of the noise in which the anchor lies, and where it lies from its corner
+            ("ripple", "vec4"),
         ),
     ),
-    Strong: ("Strong", "strong", (("direction", "vec2"), ("power_mps", "float"), *_STRENGTH)),
+    Strong: ("Strong", "strong", (("direction", "vec2"), ("power_mps", "float"), *_STRENGTH, ("anchor", "float"))),
     Helicopter: (
         "Helicopter",
         "helicopter",
@@ -63,7 +72,11 @@ _GLSL: dict[type, tuple[str, str, tuple[tuple[str, str], ...]]] = {
         ),
     ),
     Random: ("RandomWind", "randomWind", (("power_mps", "float"), ("period_s", "float"))),
-    Waves: ("Waves", "waves", (("direction", "vec2"), ("speed_mps", "float"), ("rate_hz", "float"))),
+    Waves: (
+        "Waves",
+        "waves",
+        (("direction", "vec2"), ("speed_mps", "float"), ("rate_hz", "float"), ("anchor", "vec3")),
+    ),
     Blast: ("Blast", "blast", (("centre_ws", "vec3"), ("power_mps", "float"), ("rate", "float"))),
     Whirl: (
         "Whirl",
@@ -79,6 +92,7 @@ _GLSL: dict[type, tuple[str, str, tuple[tuple[str, str], ...]]] = {
             ("size_m", "vec2"),
             ("first_layer", "float"),
             ("layers", "float"),
+            ("anchor", "vec2"),
         ),
     ),
     Ripples: (
@@ -92,10 +106,11 @@ _GLSL: dict[type, tuple[str, str, tuple[tuple[str, str], ...]]] = {
             ("front_m", "float"),
             ("epsilon", "float"),
             ("rate_hz", "float"),
+            ("anchor", "vec3"),
         ),
     ),
     Idle: ("IdleWind", "idleWind", (("direction", "vec2"), ("speed_mps", "float"), ("period_s", "float"))),
-    Wake: ("WakeWind", "wakeWind", (("cell_m", "float"),)),
+    Wake: ("WakeWind", "wakeWind", (("cell_m", "float"), ("anchor", "vec2"))),
 }
 KINDS = tuple(_GLSL)
 """Kinds of wind, by their number in the block."""
@@ -132,8 +147,7 @@ def _declare() -> None:
         "        sum.blast += one.blast;\n"
         "    }\n"
         "    return sum;\n"
-        "}\n"
-        "Air windAt(vec3 root, float time_s) { return windAt(root, idlePhase(root), time_s); }",
+        "}\n",
     )
 
 
@@ -150,50 +164,86 @@ def _towards(direction_deg: float) -> tuple[float, float]:
     return -math.sin(azimuth), math.cos(azimuth)
 
 
-def _numbers(wind: Wind, heights: HeightField | None, first_picture: int) -> Sequence[float]:
-    """Numbers that follow the kind in a wind's rows: the members of its struct."""
+def _numbers(wind: Wind, heights: HeightField | None, first_picture: int, anchor_ws: Floats) -> Sequence[float]:
+    """Numbers that follow the kind in a wind's rows: the members of its struct.
+
+    Places are counted from the anchor, (3,); `anchor` is the phase of the wind there, in small numbers.
+    """
+    x, z = anchor_ws[[0, 2]]
     match wind:
         case Gusts():
-            return *_towards(wind.direction_deg), wind.speed_mps, wind.gustiness, wind.gust_m, wind.turbulence
+            towards = _towards(wind.direction_deg)
+            along = np.array([x * towards[0] + z * towards[1], z * towards[0] - x * towards[1]])
+            at = along * (1.0, 0.55) / wind.gust_m
+            noise = *_noise_cell(at), *_noise_cell(2.7 * at)
+            return *towards, wind.speed_mps, wind.gustiness, wind.gust_m, wind.turbulence, *noise
         case Strong():
             where = _towards(wind.direction_deg)
-            return *where, wind.power_mps, wind.speed_mps, wind.interval_m, wind.steadiness
+            phase = math.fmod(x * where[0] + z * where[1], math.tau * wind.interval_m)
+            return *where, wind.power_mps, wind.speed_mps, wind.interval_m, wind.steadiness, phase
         case Helicopter():
-            circle = *wind.centre_m, wind.radius_m, wind.power_mps, wind.period_s, wind.rotor_m
+            circle = *np.subtract(wind.centre_m, (x, z)), wind.radius_m, wind.power_mps, wind.period_s, wind.rotor_m
             return *circle, wind.speed_mps, wind.interval_m, wind.steadiness
         case Random():
             return wind.power_mps, wind.period_s
         case Waves():
-            return *_towards(wind.direction_deg), wind.speed_mps, wind.rate_hz
+            phases = (math.fmod(each, math.tau) for each in (0.75 * (x + z), 0.5 * x, 0.25 * z))
+            return *_towards(wind.direction_deg), wind.speed_mps, wind.rate_hz, *phases
         case Blast():
-            return *_above(wind.centre_m, heights), wind.power_mps, wind.rate
+            return *_above(wind.centre_m, heights) - anchor_ws, wind.power_mps, wind.rate
         case Whirl():
-            return *_above(wind.centre_m, heights), wind.power_mps, wind.swirl_mps, wind.rate
+            return *_above(wind.centre_m, heights) - anchor_ws, wind.power_mps, wind.swirl_mps, wind.rate
         case Ripples():
-            lengths = wind.wave_m, wind.swell_m, wind.front_m
-            return *_towards(wind.direction_deg), wind.speed_mps, *lengths, wind.epsilon, wind.rate_hz
+            lengths, (to_x, to_z) = (wind.wave_m, wind.swell_m, wind.front_m), _towards(wind.direction_deg)
+            upwind, aside = -(x * to_x + z * to_z), x * to_z - z * to_x
+            turns = (math.fmod(at / length, 1.0) for at, length in zip((upwind, upwind, aside), lengths, strict=True))
+            return to_x, to_z, wind.speed_mps, *lengths, wind.epsilon, wind.rate_hz, *turns
         case Idle():
             return *_towards(wind.direction_deg), wind.speed_mps, wind.period_s
         case Wake():
-            return (wind.cell_m,)
+            return wind.cell_m, x / wind.cell_m % 1.0, z / wind.cell_m % 1.0
         case Texture():
-            return wind.speed_mps, wind.rate_hz, *wind.size_m, first_picture, len(wind.files)
+            size_x, size_z = wind.size_m
+            shown = first_picture, len(wind.files)
+            return (
+                wind.speed_mps,
+                wind.rate_hz,
+                size_x,
+                size_z,
+                *shown,
+                math.fmod(x / size_x, 1.0),
+                math.fmod(z / size_z, 1.0),
+            )
 
 
-def _above(point: tuple[float, float, float], heights: HeightField | None) -> tuple[float, float, float]:
+def _above(point: tuple[float, float, float], heights: HeightField | None) -> Floats:
     x, y, z = point
-    return x, y + (float(heights.height(x, z)) if heights else 0.0), z
+    return np.array([x, y + (float(heights.height(x, z)) if heights else 0.0), z])
 
 
-def wind_values(winds: tuple[Wind, ...], seed: int, heights: HeightField | None = None) -> dict[str, object]:
-    """Members of the `Winds` block; without heights, the ground lies at 0."""
+def _noise_cell(at: Floats) -> tuple[float, ...]:
+    """Cell of `simplex` in which a point lies, and where it lies from the corner of the cell."""
+    skew, unskew = (math.sqrt(3.0) - 1.0) / 2.0, (3.0 - math.sqrt(3.0)) / 6.0
+    cell = np.floor(at + at.sum() * skew)
+    return *cell, *(at - cell + cell.sum() * unskew)
+
+
+def wind_values(
+    winds: tuple[Wind, ...],
+    seed: int,
+    heights: HeightField | None = None,
+    anchor_ws: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> dict[str, object]:
+    """Members of the `Winds` block, counted from the anchor, (3,); without heights, the ground lies at 0."""
+    anchor = np.asarray(anchor_ws, np.float64)
     rows = np.zeros((MOST_WINDS, ROWS * 4), np.float32)
     pictures = 0
     for row, wind in zip(rows, winds, strict=False):
-        numbers = _numbers(wind, heights, pictures)
+        numbers = _numbers(wind, heights, pictures, anchor)
         row[: len(numbers) + 1] = KINDS.index(type(wind)), *numbers
         pictures += len(wind.files) if isinstance(wind, Texture) else 0
-    return {"rows": rows.reshape(-1, 4), "count": len(winds), "seed": seed}
+    anchor_cm = np.round(100.0 * anchor[[0, 2]]).astype(np.int64).astype(np.int32)
+    return {"rows": rows.reshape(-1, 4), "count": len(winds), "seed": seed, "anchor_cm": anchor_cm}
 
 
 def absent_kinds(winds: Sequence[Wind]) -> dict[str, int]:
@@ -247,8 +297,9 @@ class Winds:
     """
 
     def __init__(self, device: Device, scene: Scene, heights: HeightField, moving: Sequence[bool] = ()) -> None:
-        self._block = BlockBuffer(device.ctx, WINDS_BLOCK)
-        self._block.set(**wind_values(scene.wind, scene.seed, heights))  # type: ignore[arg-type]
+        self._block, self._anchor_ws = BlockBuffer(device.ctx, WINDS_BLOCK), np.zeros(3)
+        self._scene, self._heights = scene, heights
+        self.count_from(self._anchor_ws)
         pictures = wind_pictures(scene)
         layers, height, width, _ = pictures.shape
         self._pictures = device.ctx.texture_array((width, height, layers), 2, pictures.tobytes(), alignment=1)
@@ -267,9 +318,15 @@ class Winds:
 
     def change(self, scene: Scene, heights: HeightField) -> None:
         """Blow as another scene has it, whose kinds, pictures and helicopters are the same."""
-        self._block.set(**wind_values(scene.wind, scene.seed, heights))  # type: ignore[arg-type]
+        self._scene, self._heights = scene, heights
+        self.count_from(self._anchor_ws)
         if self._field and (wake := _wake_of(scene)):
             self._field.settings = wake
+
+    def count_from(self, anchor_ws: Floats) -> None:
+        """Count points of the world from an anchor, (3,)."""
+        self._anchor_ws, scene = anchor_ws, self._scene
+        self._block.set(**wind_values(scene.wind, scene.seed, self._heights, anchor_ws))  # type: ignore[arg-type]
 
     def release(self) -> None:
         """Free the GPU memory."""

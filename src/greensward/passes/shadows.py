@@ -9,7 +9,7 @@ import numpy.typing as npt
 from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Bindings
-from greensward.gpu.view import View, look_at, orthographic
+from greensward.gpu.view import View, anchored, look_at, orthographic
 from greensward.passes.light import to_sun
 from greensward.scene import Scene
 from greensward.scene.field import MOST_CASCADES
@@ -87,6 +87,7 @@ class ShadowMaps:
 
 
 def shadow_from_world(view: View) -> npt.NDArray[np.float64]:
-    """Matrix to texture coordinates and depth, all in 0..1."""
-    result: npt.NDArray[np.float64] = _BIAS @ view.clip_from_world
+    """Matrix from the world, counted from the anchor, to texture coordinates and depth, all in 0..1."""
+    world_from_anchor = anchored(np.eye(4), -view.anchor_ws)
+    result: npt.NDArray[np.float64] = _BIAS @ view.clip_from_world @ world_from_anchor
     return result

@@ -10,18 +10,21 @@ float simplexCorner(vec2 d, ivec2 cell, uint seed) {
     return t * t * dot(gradient, d);
 }
 
-float simplex(vec2 p, uint seed) {
+// `p` is counted from the corner of the cell `from`
+float simplex(vec2 p, ivec2 from, uint seed) {
     const float F = 0.36602540378;  // (sqrt(3) - 1) / 2
     const float G = 0.21132486540;  // (3 - sqrt(3)) / 6
     vec2 cell = floor(p + (p.x + p.y) * F);
     vec2 d0 = p - cell + (cell.x + cell.y) * G;
-    ivec2 i = ivec2(cell);
+    ivec2 i = ivec2(cell) + from;
     ivec2 middle = d0.x > d0.y ? ivec2(1, 0) : ivec2(0, 1);
     vec2 d1 = d0 - vec2(middle) + G;
     vec2 d2 = d0 - 1.0 + 2.0 * G;
     // 99.2 would bring the sum of unit gradients to 1 at most; these are shorter by a fifth on average
     return 118.0 * (simplexCorner(d0, i, seed) + simplexCorner(d1, i + middle, seed) + simplexCorner(d2, i + 1, seed));
 }
+
+float simplex(vec2 p, uint seed) { return simplex(p, ivec2(0), seed); }
 
 // Octaves blended with different seeds and turned against each other, so that no single frequency shows
 // (Tillman 2013, section 2.1.5).

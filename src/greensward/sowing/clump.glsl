@@ -6,12 +6,12 @@ struct Clump { vec2 centre; uvec3 random; };
 
 // Worley 1996, "A Cellular Texture Basis Function": the nearest of 3 x 3 jittered cells
 Clump clumpAt(vec2 xz) {
-    ivec2 cell = ivec2(floor(xz / sward.clump_m));
+    ivec2 cell = ivec2(floor(xz / sward.clump_m + sward.in_clump));
     Clump nearest;
     float best = 1e9;
     for (int dz = -1; dz <= 1; dz++) for (int dx = -1; dx <= 1; dx++) {
-        uvec3 random = hash3(uvec3(uvec2(cell + ivec2(dx, dz)), sward.seed ^ 0x51ed270bu));
-        vec2 centre = (vec2(cell + ivec2(dx, dz)) + unit(random).xy) * sward.clump_m;
+        uvec3 random = hash3(uvec3(uvec2(cell + ivec2(dx, dz) + sward.anchor_clump), sward.seed ^ 0x51ed270bu));
+        vec2 centre = (vec2(cell + ivec2(dx, dz)) + unit(random).xy - sward.in_clump) * sward.clump_m;
         float d = distance(centre, xz);
         if (d < best) { best = d; nearest = Clump(centre, random); }
     }

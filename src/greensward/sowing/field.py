@@ -40,6 +40,7 @@ class Field:
         self._scene = scene
         self._ground = ground
         self._on_objects: list[Page] = []
+        self._anchor_ws = np.zeros(3)
         self.unstored: UnstoredPage | None = None
         """Blades of the ground beyond `sowing.stored_m`, if any."""
         self._to_sow = grassy_objects(scene)
@@ -76,17 +77,21 @@ class Field:
         focus_ws: npt.ArrayLike,
         slack_m: float,
         before: Callable[[Sequence[tuple[Page, Tiles]]], None] | None = None,
+        again: bool = False,
     ) -> bool:
         """Make the tiles around a focus resident, good for cameras up to `slack_m` from it; those that are stay.
 
-        Objects are sown the first time only. `before` is called with the tiles that are about to go, by page. Returns
-        whether anything changed. Raises `InputError` where the device's memory cannot hold the blades.
+        Objects are sown the first time only. `before` is called with the tiles that are about to go, by page. With
+        `again` none stays, as after `count_from`. Returns whether anything changed. Raises `InputError` where the
+        device's memory cannot hold the blades.
         """
         focus = np.asarray(focus_ws, np.float64)
         full_density_m = self._scene.sowing.full_density_m
         tiles, unstored = self._tiles(focus, slack_m, full_density_m)
         tiles = tiles[np.argsort(keys_of(tiles), kind="stable")]
         new, stays = self._on_ground.missing(tiles)
+        if again:
+            new[:], stays[:] = True, False
         changed = bool(new.any() or not stays.all() or self._to_sow)
         if changed:
             missing = tiles[new]
@@ -96,10 +101,23 @@ class Field:
             if before:
                 before(self._on_ground.dropped(stays))
             self._sow_objects()
-            self._on_ground.replace(missing, stays, self._bounds(missing), self._next_number, self._refuse_numbers)
+            self._on_ground.replace(
+                missing, stays, self._bounds(missing), self._next_number, self._refuse_numbers, keep=again
+            )
             if self._transform:
                 self._transform.forget_ground()
         return self._leave_to_shaders(unstored) or changed
+
+    def count_from(self, anchor_ws: Floats) -> None:
+        """Count points of the world from an anchor (3,) from the next sowing on, which must be of all."""
+        at, sowing = anchor_ws[[0, 2]], self._scene.sowing
+        clumps = at / sowing.clump_m
+        self._block.set(
+            anchor_leaf=(at / leaf_edge_m(sowing.density_per_m2)).astype(np.int32),
+            anchor_clump=np.floor(clumps).astype(np.int32),
+            in_clump=clumps - np.floor(clumps),
+        )
+        self._anchor_ws = anchor_ws
 
     def order(self) -> Order:
         """Order the blades: those of objects as they lie, then those of the ground by their tiles' places."""
@@ -195,7 +213,7 @@ class Field:
         Does nothing where nothing has changed.
         """
         if self._transform:
-            self._transform.update(self.pages, placed, time_s)
+            self._transform.update(self.pages, placed, time_s, self._anchor_ws)
         if self._scene.growth:
             self._block.set(grown=cover_at(self._scene.growth, time_s))
 

@@ -9,7 +9,7 @@ vec2 placeIn(ivec2 leaf, uint index, uvec3 random) {
     uvec3 shift = hash3(uvec3(uvec2(leaf), sward.seed ^ 0x9e3779b9u));
     vec2 even = vec2((index * uvec2(3242174889u, 2447445414u) + shift.xy) >> 8u) * (1.0 / 16777216.0);
     vec2 jitter = (unit(random).xy - 0.5) * 1.4 * inversesqrt(float(index) + 1.0);
-    return (vec2(leaf) + fract(even + jitter)) * sward.leaf_m;
+    return (vec2(leaf - sward.anchor_leaf) + fract(even + jitter)) * sward.leaf_m;
 }
 
 // What is known of a candidate before anything is asked of the sward
@@ -41,7 +41,7 @@ bool sproutOn(vec3 normal, Seed seed, out Blade blade) {
     GrowthPoint point;
     point.root = seed.root;
     point.up = normalize(mix(vec3(0.0, 1.0, 0.0), normal, 0.35));
-    point.at = vec3(xz.x, 0.0, xz.y);
+    point.at = vec3(inWorld(xz), 0.0).xzy;
     point.facing = vec3(0.0, 1.0, 0.0);
     point.random = seed.random;
     point.clump = seed.clump;

@@ -33,13 +33,15 @@ class BladeKind(IntEnum):
 _WIDTHS: dict[BladeKind, tuple[int, ...]] = {
     BladeKind.GROUND: (24, 24, 12),
     BladeKind.OBJECT: (12, 48),
-    BladeKind.PATCH: (16, 16, 28),
+    BladeKind.PATCH: (20, 20, 20),
     BladeKind.BILLBOARD: (23, 23, 14),
     BladeKind.FLAT_TILE: (26, 26, 8),
     BladeKind.TRACED: (60,),
     BladeKind.FLOWER: (8, 26, 26),
 }
 """Bits of each part, the uppermost first. A place may be negative: two's complement."""
+MOST_OF_A_PATCH = 1 << 20
+"""Blades in the pattern of a patch that ids tell apart."""
 enumeration("BladeKind", "BLADE_KIND", BladeKind)
 
 

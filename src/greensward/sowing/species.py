@@ -32,6 +32,9 @@ SWARD_BLOCK = block(
     ("canopy_m", "float"),
     ("blade_m", "vec2"),  # mean length and width of a blade
     ("leaf_m", "float"),
+    ("anchor_leaf", "ivec2"),  # leaf, and cell of clumps, in which the anchor lies, and where in the cell
+    ("anchor_clump", "ivec2"),
+    ("in_clump", "vec2"),
     ("grown", "float"),  # cover so far, as a part of the full-grown field's
 )
 

@@ -139,12 +139,13 @@ class StreamedPages:
         bounds: Bounds,
         next_number: Callable[[], int],
         check: Callable[[int], None],
+        keep: bool = False,
     ) -> None:
-        """Sow tiles in place of those that do not stay.
+        """Sow tiles in place of those that do not stay; where none does, on new pages, unless they are to be kept.
 
         `next_number` is the first id of a further page; `check` refuses more blades than there are ids for.
         """
-        if stays.any():
+        if keep or stays.any():
             self._give_back(_some(self._resident, ~stays))
         else:
             self.release()

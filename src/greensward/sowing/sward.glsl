@@ -16,6 +16,7 @@ struct Sward {
     float dryness;  // 0 to 1, where in its species' range
 };
 
+// Drifts are functions of the place in the world, not of that counted from the anchor
 float driftAt(vec2 xz, uint salt) { return octaves(xz / sward.drift_m, sward.seed + salt, 3, 0.6, 2.7); }
 
 // On a surface with any normal: the drifts of the three planes, blended, so that none streaks.
@@ -43,10 +44,11 @@ Sward swardOn(vec3 at, vec3 facing) {
 
 Sward swardAt(vec2 xz) {
     vec4 map = textureLod(density_map, mapUv(xz), 0.0);
-    Sward s = swardOn(vec3(xz.x, 0.0, xz.y), vec3(0.0, 1.0, 0.0));
+    vec2 world = inWorld(xz);
+    Sward s = swardOn(vec3(world.x, 0.0, world.y), vec3(0.0, 1.0, 0.0));
     s.density *= map.r;
     s.height *= map.b;
-    bool outside = any(greaterThan(abs(xz), 0.5 * ground.size_m));
+    bool outside = any(greaterThan(abs(world), 0.5 * ground.size_m));
     if (ground.beyond == 1 && outside) s.density = 0.0;
     return s;
 }
@@ -63,9 +65,10 @@ float speciesWeight(int index, vec3 at, vec3 facing) {
 vec4 swardColour(vec2 xz, Sward s) {
     vec4 sum = vec4(0.0);
     float total = 1e-6;
+    vec3 world = vec3(inWorld(xz), 0.0).xzy;
     for (int i = 0; i < sward.count; i++) {
         vec4 size = species(i, SIZE), root = species(i, ROOT);
-        float cover = speciesWeight(i, vec3(xz.x, 0.0, xz.y), vec3(0.0, 1.0, 0.0)) * (size.x + size.y) * (size.z + size.w);
+        float cover = speciesWeight(i, world, vec3(0.0, 1.0, 0.0)) * (size.x + size.y) * (size.z + size.w);
         float dry = mix(species(i, HABIT).z, species(i, HABIT).w, s.dryness);
         vec3 green = mix(root.rgb, species(i, TIP).rgb, 0.9);
         green = mix(green, species(i, HEAD).rgb, 0.5 * species(i, DRY).w);

@@ -7,6 +7,7 @@ import numpy as np
 from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Bindings, Kernel, grid
 from greensward.gpu.layouts import BlockBuffer
+from greensward.gpu.view import anchored
 from greensward.scene import Scene
 from greensward.sowing.growth import GROWTH_BLOCK, curve_rows, phase_at
 from greensward.sowing.pages import Floats, Page
@@ -24,9 +25,13 @@ class BladeTransform:
         if scene.growth:
             self._block.set(keys=curve_rows(scene.growth), spread=scene.growth.spread)
         self._state: dict[Page, tuple[Floats | None, float]] = {}
+        self._anchor_ws = np.zeros(3)
 
-    def update(self, pages: Sequence[Page], placed: Floats, time_s: float) -> None:
-        """Bring every page up to date whose object has moved or whose grass has grown since the last time."""
+    def update(self, pages: Sequence[Page], placed: Floats, time_s: float, anchor_ws: Floats) -> None:
+        """Bring every page up to date whose object has moved or whose grass has grown since the last time.
+
+        Blades are counted from the anchor, (3,).
+        """
         phase = phase_at(self._growth, time_s) if self._growth else 0.0
         before, self._state = self._state, {}
         wrote = False
@@ -37,14 +42,16 @@ class BladeTransform:
             old_matrix, old_phase = before.get(page, (None, np.nan))
             self._state[page] = matrix, phase
             same_place = matrix is None or (old_matrix is not None and np.array_equal(matrix, old_matrix))
+            same_place &= matrix is None or np.array_equal(anchor_ws, self._anchor_ws)
             if matrix is not None:
                 fixed = same_place or old_matrix is None
                 page.previous_from_now = np.eye(4) if fixed else old_matrix @ np.linalg.inv(matrix)  # type: ignore[operator]
                 if not same_place:
                     page.tiles = page.tiles_as_sown.placed(matrix)
             if not same_place or phase != old_phase:
-                self._write(page, matrix, phase)
+                self._write(page, None if matrix is None else anchored(matrix, anchor_ws), phase)
                 wrote = True
+        self._anchor_ws = anchor_ws
         if wrote:
             self._ctx.memory_barrier(STORAGE_WRITTEN)
 

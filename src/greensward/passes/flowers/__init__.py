@@ -59,7 +59,8 @@ class BillboardFlowers:
         if not self._tables:
             return
         focus = frame.views[0].camera_ws
-        shared = {"focus_ws": focus, "time_s": frame.time_s, "previous_time_s": frame.previous_time_s}
+        anchor_ws = frame.views[0].anchor_ws
+        shared = {"focus_ws": focus - anchor_ws, "time_s": frame.time_s, "previous_time_s": frame.previous_time_s}
         self._first_cells = [
             tuple(math.floor(focus[axis] / cell) - edge // 2 for axis in (0, 2))
             for cell, edge in zip(self._cells_m, self._edges, strict=True)
@@ -73,6 +74,8 @@ class BillboardFlowers:
                 cells=(edge, edge),
                 first_flower=self._firsts[i],
                 cell_m=cell,
+                anchor_cell=np.floor(anchor_ws[[0, 2]] / cell).astype(np.int32),
+                in_cell=anchor_ws[[0, 2]] / cell % 1.0,
                 salt=9001 + 577 * i,
                 height_m=table.height_m,
                 aspect=self._aspects[i],

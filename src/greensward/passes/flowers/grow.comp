@@ -12,6 +12,8 @@ uniform ivec2 first_cell;
 uniform ivec2 cells;
 uniform int first_flower;
 uniform float cell_m;
+uniform ivec2 anchor_cell;  // in which the anchor lies, and where in it
+uniform vec2 in_cell;
 uniform uint salt;
 uniform vec2 height_m;
 uniform float aspect;      // width over height
@@ -26,13 +28,13 @@ Flower nothing() { return Flower(vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec
 
 bool growsAt(vec2 xz, float normalY, float chance) {
     Sward s = swardAt(xz);
-    float drift = smoothstep(-0.25, 0.45, octaves(xz / sward.drift_m, sward.seed + salt, 3, 0.6, 2.7));
+    float drift = smoothstep(-0.25, 0.45, octaves(inWorld(xz) / sward.drift_m, sward.seed + salt, 3, 0.6, 2.7));
     return chance < s.density * slopeShare(normalY) * mix(1.0, 1.6 * drift * drift, patchiness);
 }
 
 Flower growIn(ivec2 cell) {
     uvec3 bits = hash3(uvec3(uvec2(cell), sward.seed ^ salt)), more = hash3(bits);
-    vec2 xz = (vec2(cell) + unit(bits).xy) * cell_m;
+    vec2 xz = (vec2(cell - anchor_cell) + unit(bits).xy - in_cell) * cell_m;
     vec3 root = vec3(xz.x, groundHeight(xz), xz.y);
     float away = distance(root, focus_ws);
     if (away >= reach_m || !growsAt(xz, groundNormal(xz).y, unit(bits.z))) return nothing();

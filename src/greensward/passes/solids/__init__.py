@@ -9,7 +9,7 @@ import numpy.typing as npt
 from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Draw, Mesh
-from greensward.gpu.view import View
+from greensward.gpu.view import View, anchored
 from greensward.io.meshes import TriMesh
 from greensward.objects.meshes import mesh_of
 from greensward.scene import Capsule
@@ -75,11 +75,13 @@ class Solids:
             purpose: Draw(device, *stages, defines=defines, bindings=world.bindings, meshes=meshes)
             for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
         }
-        self._drawn_at: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
+        self._drawn_at: tuple[npt.NDArray[np.float64], ...] | None = None
 
     def draw(self, view: View) -> None:
         """Draw every object where it is."""
-        places = self._world.placed, self._world.previously_placed
+        places = tuple(
+            anchored(placed, view.anchor_ws) for placed in (self._world.placed, self._world.previously_placed)
+        )
         if self._drawn_at is None or not all(map(np.array_equal, places, self._drawn_at)):
             self._drawn_at = places
             for shape in self._shapes:

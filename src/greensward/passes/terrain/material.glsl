@@ -30,10 +30,12 @@ int tileAt(vec2 xz) {
     return tile;
 }
 
-vec3 untiled(int tile, vec2 uv, vec2 dx, vec2 dy) {
+// Near the anchor the numbers are exact; `hexagon` is where it lies itself
+vec3 untiled(int tile, vec2 uv, vec2 dx, vec2 dy, vec2 anchor, vec2 in_hexagon, ivec2 hexagon) {
     const mat2 skew = mat2(1.0, 0.0, -0.57735027, 1.15470054);
-    vec2 s = skew * uv * 1.7;
-    ivec2 base = ivec2(floor(s));
+    vec2 s = skew * uv * 1.7 + in_hexagon;
+    ivec2 base = ivec2(floor(s)) + hexagon;
+    uv += anchor;
     vec3 t = vec3(fract(s), 0.0);
     t.z = 1.0 - t.x - t.y;
     vec3 w = t.z > 0.0 ? vec3(t.z, t.y, t.x) : vec3(-t.z, 1.0 - t.y, 1.0 - t.x);
@@ -59,7 +61,7 @@ vec2 onPlane(ivec2 pixel, vec3 p, vec3 normal) {
 bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     if (classAt(pixel) != CLASS_GROUND) return false;
     vec3 position_ws = worldAt(pixel);
-    vec2 xz = position_ws.xz;
+    vec2 xz = position_ws.xz, world = inWorld(xz);
     float away = distance(position_ws, view.camera_ws.xyz);
     vec3 normal = groundNormal(xz);
     Sward s = swardAt(xz);
@@ -71,11 +73,12 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec2 right = onPlane(pixel + ivec2(1, 0), position_ws, normal) - xz;
     vec2 up = onPlane(pixel + ivec2(0, 1), position_ws, normal) - xz;
     vec4 map = textureGrad(terrain_map, mapUv(xz), right / ground.size_m, up / ground.size_m);
-    int tile = tileAt(xz);
+    int tile = tileAt(world);
     float perM = tile < 0 ? ground.soil_per_m : ground.tile_mean[max(tile, 0)].w;
-    vec3 soilHere = untiled(tile, xz * perM, right * perM, up * perM);
+    vec3 soilHere = tile < 0 ? untiled(tile, xz * perM, right * perM, up * perM, ground.soil_anchor, ground.in_hexagon, ground.hexagon)
+                             : untiled(tile, world * perM, right * perM, up * perM, vec2(0.0), vec2(0.0), ivec2(0));
     vec3 bare = mix(soilHere, map.rgb, map.a);
-    bare *= 1.0 + 0.25 * driftAt(xz * 1.7, 5003u);
+    bare *= 1.0 + 0.25 * driftAt(world * 1.7, 5003u);
 
     // The ground takes on what blades would have shown where they end, or are too few.
     float crowding = sward.density_per_m2 * sward.blade_m.x * s.density * slopeShare(normal.y) * s.height;
@@ -85,7 +88,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     if (sward.blades_m < sward.reach_m) thinned = max(thinned, farFade(away));
     float beyond = smoothstep(0.8, 1.0, away / sward.reach_m);
     // from afar turf ends in tufts: between turf and soil there is no half-way to light
-    float edge = max(0.22 + 0.16 * simplex(xz * 0.21, 911u) + 0.1 * simplex(xz * 0.9, 913u), 0.07);
+    float edge = max(0.22 + 0.16 * simplex(world * 0.21, 911u) + 0.1 * simplex(world * 0.9, 913u), 0.07);
     float covered = mix(grown, smoothstep(edge - 0.06, edge + 0.06, grown), max(thinned, beyond));
     float turf = covered * clamp(max(0.25 + 0.75 * thinned, beyond), 0.0, 1.0) * sward.grown;
     // tufts, as far as a pixel resolves them
@@ -93,7 +96,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     float mottled = 1.0;
     for (float tufts = 0.13; tufts < 6.0; tufts *= 2.9) {
         float resolved = 1.0 - smoothstep(0.15, 0.6, tufts * footprint);
-        if (resolved > 0.0) mottled += 0.16 * resolved * simplex(xz * tufts, 77u + uint(tufts * 100.0));
+        if (resolved > 0.0) mottled += 0.16 * resolved * simplex(world * tufts, 77u + uint(tufts * 100.0));
     }
 
     // seen from afar the ground is a wall of blades, each turned to the viewer as much as up
@@ -102,7 +105,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 shading = normalize(mix(normal, wall, turf * turf * max(thinned, beyond)));
     // under a sward little light arrives; from afar the ground stands for its tips
     float open = mix(1.0, mix(0.3, 0.85, max(thinned * thinned, beyond)), grown * sward.grown);
-    vec3 hue = 1.0 + 0.16 * driftAt(xz * 0.31, 6007u) * vec3(1.0, 0.1, -0.6);
+    vec3 hue = 1.0 + 0.16 * driftAt(world * 0.31, 6007u) * vec3(1.0, 0.1, -0.6);
     result[0] = packColour(mix(bare, grass.rgb * mottled * hue, turf), sqrt(turf) * grass.w * 0.85);
     result[1] = packNormal(shading, open, 0.95);
     return true;

@@ -22,7 +22,7 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     float footprint = view.camera_ws.w * away, mottled = 1.0;
     for (float tufts = 0.9; tufts < 12.0; tufts *= 3.1) {
         float resolved = smoothstep(0.0, 6.0, away) * (1.0 - smoothstep(0.15, 0.6, tufts * footprint));
-        if (resolved > 0.0) mottled += 0.22 * resolved * simplex(p_ws.xz * tufts, 177u + uint(tufts * 100.0));
+        if (resolved > 0.0) mottled += 0.22 * resolved * simplex(inWorld(p_ws.xz) * tufts, 177u + uint(tufts * 100.0));
     }
     vec3 toViewer = normalize(view.eye_ws.xyz - p_ws);
     vec3 back = normalize(toViewer - up * dot(toViewer, up)), wall = normalize(0.8 * back + 0.75 * up);

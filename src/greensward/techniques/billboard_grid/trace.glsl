@@ -66,11 +66,11 @@ vec2 fromGrid(vec2 g) { return vec2(turn.x * g.x - turn.y * g.y, turn.y * g.x + 
 void bentAt(vec3 root, float tall, float time_s, out vec3 v1, out vec3 v2) {
     Blade b = Blade(root.x, root.y, root.z, 0.0, root.x, root.y + 0.5 * tall, root.z, tall, root.x, root.y + tall, root.z,
                     0.01, packSnorm2x16(octahedralEncode(vec3(0.0, 1.0, 0.0))), mean_blade.x, 0u, 0x80000000u);
-    float neighbours = simplex(2.3 * root.xz, 71u);
+    float neighbours = simplex(2.3 * inWorld(root.xz), 71u);
     Air air = windAt(root, neighbours, time_s);
     if (FORM == NATURAL) {
         vec3 off;
-        float swing = 3.5 * inversesqrt(max(tall, 0.02)) * time_s + 5.0 * neighbours + 2.0 * simplex(9.1 * root.xz, 73u);
+        float swing = 3.5 * inversesqrt(max(tall, 0.02)) * time_s + 5.0 * neighbours + 2.0 * simplex(9.1 * inWorld(root.xz), 73u);
         bentByWindAtPhase(b, air, time_s, swing, off, v1, v2);
     } else {
         balance(b, air, forceOn(b, time_s), v1, v2);
@@ -79,7 +79,7 @@ void bentAt(vec3 root, float tall, float time_s, out vec3 v1, out vec3 v2) {
 
 Around around(vec3 p) {
     Around a;
-    Sward s = swardOn(vec3(p.x, 0.0, p.z), vec3(0.0, 1.0, 0.0));
+    Sward s = swardOn(vec3(inWorld(p.xz), 0.0).xzy, vec3(0.0, 1.0, 0.0));
     a.dense = s.density;
     a.height = s.height;
     a.dryness = s.dryness;
@@ -113,7 +113,7 @@ vec2 shareAt(vec3 p_ws, Around a) {
 #ifdef FAR
     far *= farFade(away);
 #endif
-    bool outside = ground.beyond == 1 && any(greaterThan(abs(p_ws.xz), 0.5 * ground.size_m));
+    bool outside = ground.beyond == 1 && any(greaterThan(abs(inWorld(p_ws.xz)), 0.5 * ground.size_m));
     return vec2(outside ? 0.0 : a.dense * map.r * far, map.b);
 }
 

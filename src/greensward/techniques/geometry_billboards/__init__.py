@@ -109,12 +109,15 @@ class GeometryBillboards:
         if tiles is None or (view.purpose == "shadow" and view.density == 0.0):
             return
         tiles.list_for(view)
+        at = view.anchor_ws[[0, 2]] / tile_edge_m(self._world.scene, self._settings)
+        anchor = {"anchor_tile": np.floor(at).astype(np.int32), "in_tile": at - np.floor(at)}
         for level, segments in enumerate(self._settings.segments):
             self._blades[view.purpose].run_indirect(
                 moderngl.POINTS,
                 tiles.commands,
                 level,
                 segments=segments,
+                **anchor,
                 time_s=self._frame.time_s,
                 previous_time_s=self._frame.previous_time_s,
             )

@@ -17,6 +17,8 @@ in uint number;
 in vec4 first, second;  // planes of its triangles, from the corner
 
 uniform uint roots;
+uniform ivec2 anchor_tile;  // in which the anchor lies, and where in it
+uniform vec2 in_tile;
 uniform float time_s;
 uniform float previous_time_s;
 uniform vec2 thresholds;  // alpha and beta
@@ -31,7 +33,7 @@ bool growAt(vec2 p, vec4 plane, float height_m, out Blade b) {
     Seed seed;
     uint index = uint(gl_VertexID);
     seed.random = randomOfRoot(tile, index, sward.seed);
-    vec2 xz = (vec2(tile) + p) * edge_m;
+    vec2 xz = (vec2(tile - anchor_tile) + p - in_tile) * edge_m;
     seed.root = vec3(xz.x, height_m, xz.y);
     seed.clump = clumpAt(xz).random;
     seed.rank = (float(index) + 0.5) / float(roots);

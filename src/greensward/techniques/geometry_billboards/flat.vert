@@ -25,7 +25,7 @@ void main() {
     position_rs = vec3(corner_m.x, 0.0, corner_m.y) + vec3(corner.x, 0.0, corner.y) * edge_m;
     position_rs.y = heightOn(plane, corner * edge_m);
     vec3 at = position_rs + view.origin_ws.xyz, up = normalize(first.xyz + second.xyz), away = at - view.camera_ws.xyz;
-    vec2 place = (vec2(tile) + corner) * edge_m;
+    vec2 place = (vec2(tile) + corner) * edge_m - ground.anchor_m;
     // whole tiles left out, for precision far from the origin
     uv = (vec2(tile & 1023) + corner) * (edge_m / tile_m);
     Sward s = swardAt(place);

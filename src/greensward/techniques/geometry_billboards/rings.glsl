@@ -80,7 +80,7 @@ uint levelsOf(Cell c) {
     float away = distance(middle + view.origin_ws.xyz, view.camera_ws.xyz), half_m = 0.75 * c.edge_m;
     vec3 reach = ring_reach[c.ring].xyz;
     if (ground.beyond == 1) {
-        vec2 corner = c.corner_m + view.origin_ws.xz;
+        vec2 corner = inWorld(c.corner_m + view.origin_ws.xz);
         if (any(greaterThan(corner, 0.5 * ground.size_m)) || any(lessThan(corner + c.edge_m, -0.5 * ground.size_m))) return 0u;
     }
     if (c.ring > 0) return away + half_m > reach.y && away - half_m < reach.z ? 8u : 0u;

@@ -160,6 +160,7 @@ class TessellatedQuads:
                 previous_from_now=np.eye(4),
                 first_blade_number=1,
                 first_place=group.first,
+                **instances.counted_from(view.anchor_ws),
                 chunks_per_patch=group.chunks,
                 blades_per_patch=group.blades,
             )

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,7 @@ from greensward.gpu.kernels import Resource
 from greensward.gpu.view import View
 from greensward.scene import InputError
 from greensward.sowing.blade import MOST_BLADES
-from greensward.sowing.identity import BladeKind, Ids, blade_ids
+from greensward.sowing.identity import MOST_OF_A_PATCH, BladeKind, Ids, blade_ids
 from greensward.sowing.pattern import PATTERN_ROOT, Grid, patches_in_view, pattern_of
 from greensward.techniques.tessellated_quads.settings import QuadSettings
 from greensward.world import World
@@ -21,7 +22,7 @@ from greensward.world import World
 FADING = 0.12
 """Part of all ranks over which blades that thinning leaves out next are narrower. The shaders are built with it."""
 _PLACE = np.dtype((np.int32, 2))
-_EACH_WAY = 1 << 14
+_EACH_WAY = 1 << 19
 """Patches to each side of the origin where the ground goes on beyond its edge."""
 
 
@@ -46,7 +47,7 @@ class Instances:
         self._device, self._world, self._settings = device, world, settings
         scene = world.scene
         self.stored = int(np.ceil(scene.sowing.density_per_m2 * settings.patch_m**2)) if scene.grass else 0
-        limit = device.limits.storage_block_bytes // PATTERN_ROOT.dtype.itemsize
+        limit = min(device.limits.storage_block_bytes // PATTERN_ROOT.dtype.itemsize, MOST_OF_A_PATCH)
         if self.stored > limit:
             raise InputError(
                 f"technique.patch_m: must leave at most {limit / 1e6:.1f} million blades to a patch on this driver "
@@ -111,6 +112,11 @@ class Instances:
             self._places = at_least(self._device, self._places, _PLACE.itemsize * at)
             self._listed = np.concatenate(places).astype(np.int32)
             upload(self._places, self._listed)
+
+    def counted_from(self, anchor_ws: npt.NDArray[np.float64]) -> dict[str, Any]:
+        """Uniforms that tell in which patch an anchor (3,) lies, and where in it."""
+        at = anchor_ws[[0, 2]] / self._settings.patch_m
+        return {"anchor_patch": np.floor(at).astype(np.int32), "in_patch": at - np.floor(at)}
 
     def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
         """Find the permanent ids of blades by their numbers, counted from 1 through all places: uint64 (n,)."""

@@ -13,9 +13,13 @@ uniform int chunks_per_patch;  // of 32 blades
 uniform int blades_per_patch;  // at this density
 uniform int blades_stored;
 uniform float patch_m;
+uniform ivec2 anchor_patch;    // in which the anchor lies, and where in it
+uniform vec2 in_patch;
 uniform int variation;
 uniform float tallest_m;
 uniform float thinning;
+
+vec2 placeOf(ivec2 place, PatternRoot s) { return (vec2(place - anchor_patch) + vec2(s.x, s.z) - in_patch) * patch_m; }
 
 // False beyond the last of a patch
 bool takeStored(out uint index, out ivec2 place, out PatternRoot s) {
@@ -29,7 +33,7 @@ bool takeStored(out uint index, out ivec2 place, out PatternRoot s) {
 
 // Whether it may be needed as far away as it is at least, and may be in view: before anything is asked of the maps
 bool mayShow(uint index, ivec2 place, PatternRoot s) {
-    vec2 xz = (vec2(place) + vec2(s.x, s.z)) * patch_m;
+    vec2 xz = placeOf(place, s);
     float near = max(distance(xz, view.camera_ws.xz) - 0.5 * sward.clump_m, 0.0), rank = (float(index) + 0.5) / float(blades_stored);
     if (near >= sward.blades_m || rank > view.density) return false;
 #ifndef ALL_DISTANCES
@@ -43,10 +47,12 @@ bool mayShow(uint index, ivec2 place, PatternRoot s) {
 
 // Section 6.2: moved to its instance, hidden by the density map, raised by the height map
 bool growStored(uint index, ivec2 place, PatternRoot s, out Blade b) {
-    vec2 xz = (vec2(place) + vec2(s.x, s.z)) * patch_m;
+    vec2 xz = placeOf(place, s);
     uvec3 bits;
+    // to the same bits wherever it is counted from
+    vec2 world = (vec2(place) + vec2(s.x, s.z)) * patch_m;
     for (int k = 0; k < 3; k++) {
-        vec2 p = k == 1 ? xz.yx : xz;
+        vec2 p = k == 1 ? world.yx : world;
         float random = varied(variation, s.random[2 * k] + 0.5 * s.random[2 * k + 1], p.x, p.y, ground.size_m[k & 1]);
         bits[k] = floatBitsToUint(random) ^ floatBitsToUint(s.random[2 * k + 1]);
     }
