@@ -15,7 +15,11 @@ CAMERAS = {
     "down": {"position_m": [0.0, 60.0, 0.1], "target_m": [0.0, 0.0, 0.0]},
     "along an axis": {"position_m": [5.0, 2.0, 5.0], "target_m": [5.0, 2.0, -5.0]},
 }
-GROUNDS = {"hills": {**NOISE, "height_m": 14.0}, "flat": {"kind": "flat"}}
+GROUNDS = {
+    "hills": {**NOISE, "height_m": 14.0},
+    "repeated": {**NOISE, "height_m": 14.0, "size_m": [60.0, 50.0], "beyond": "repeat"},
+    "flat": {"kind": "flat"},
+}
 VISIBILITY_BUFFER = {"name": "visibility-buffer"}
 
 
