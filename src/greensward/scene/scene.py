@@ -11,7 +11,7 @@ from greensward.scene.flowers import MOST_FLOWERS, Flowers
 from greensward.scene.force import MOST_FORCES, Force
 from greensward.scene.grass import MOST_SPECIES, Grass
 from greensward.scene.ground import FlatGround, Ground
-from greensward.scene.light import Camera, Post, Sky, Sun
+from greensward.scene.light import Camera, Phong, Post, Sky, Sun
 from greensward.scene.objects import Object
 from greensward.scene.water import Water
 from greensward.scene.wind import MOST_WINDS, Gusts, Simulation, Wake, Wind
@@ -51,6 +51,8 @@ class Scene(Model):
     """The sun."""
     sky: Sky = Sky()
     """The atmosphere."""
+    phong: Phong | None = None
+    """Phong's reflection model. Without it, leaves scatter, shine and let light through as they do in nature."""
     shadows: Shadows = Shadows()
     """Shadow maps."""
     camera: Camera = Camera()
