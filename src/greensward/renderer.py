@@ -37,7 +37,7 @@ from greensward.viewpoint import camera_view, jitter, place
 from greensward.world import FrameTime, World
 
 _FRAME_S = 1.0 / 30.0
-_IN_PLACE = {"title", "camera", "sun", "sky", "phong", "shadows", "post", "wind", "force", "grass"}
+_IN_PLACE = {"title", "camera", "sun", "sky", "phong", "shadows", "post", "wind", "force", "grass", "colour"}
 """Parts of a scene that `update` may change without building anew."""
 _COLOURS = {
     "root_colour",
@@ -299,8 +299,8 @@ class Renderer:
     def update(self, scene: Scene | str | Path) -> None:
         """Draw another scene from now on, with the least work that it needs.
 
-        Changed in place, within milliseconds: title, camera, sun, sky, numbers of `[phong]`, shadows, tone, numbers of winds, colours of
-        grass, and forces if the scene has some before and after. All else is built anew, with the programs and
+        Changed in place, within milliseconds: title, camera, sun, sky, numbers of `[phong]`, shadows, tone, numbers of winds and of
+        noises of colour, colours of grass, and forces if the scene has some before and after. All else is built anew, with the programs and
         heights that there are; the state of the grass begins anew then. Raises `InputError` for what the scene asks
         and cannot be had; the renderer goes on with the scene that it has.
         """

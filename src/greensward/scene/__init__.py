@@ -1,6 +1,7 @@
 """Models of a scene: frozen, with TOML in and out and presets. Imports no GPU code."""
 
 from greensward.scene.classes import SurfaceClass
+from greensward.scene.colour import ChannelNoise, GroundColour, NoiseColour
 from greensward.scene.errors import GreenswardError, InputError, SceneError
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.flowers import Flowers
@@ -31,6 +32,7 @@ __all__ = [
     "Box",
     "Camera",
     "Capsule",
+    "ChannelNoise",
     "Culling",
     "Cylinder",
     "EndlessGround",
@@ -41,6 +43,7 @@ __all__ = [
     "Fur",
     "Grass",
     "GreenswardError",
+    "GroundColour",
     "Growth",
     "Gusts",
     "HeightMapGround",
@@ -49,6 +52,7 @@ __all__ = [
     "InputError",
     "Mesh",
     "NoGround",
+    "NoiseColour",
     "NoiseGround",
     "Path",
     "Phong",

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, PrivateAttr, model_validator
 
 from greensward.scene.base import Count, Many, Model, Text, default
+from greensward.scene.colour import GrassColour, GroundColour
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.flowers import MOST_FLOWERS, Flowers
 from greensward.scene.force import MOST_FORCES, Force
@@ -16,7 +17,7 @@ from greensward.scene.objects import Object
 from greensward.scene.water import Water
 from greensward.scene.wind import MOST_WINDS, Gusts, Simulation, Wake, Wind
 
-DEFAULT_KINDS = {"ground": "flat", "wind": "gusts"}
+DEFAULT_KINDS = {"ground": "flat", "wind": "gusts", "colour": "noise"}
 """Kinds of tables without the key `kind`."""
 
 
@@ -31,6 +32,8 @@ class Scene(Model):
     """Ground that the grass stands on."""
     grass: Annotated[Many[Grass], Field(max_length=MOST_SPECIES)] = default((Grass(),))
     """Species, mixed by share."""
+    colour: GrassColour | None = None
+    """Colour of the grass by place. Without it, it is that of the species."""
     flowers: Annotated[Many[Flowers], Field(max_length=MOST_FLOWERS)] = default(())
     """Plants as billboards."""
     sowing: Sowing = Sowing()
@@ -72,8 +75,9 @@ class Scene(Model):
         if not isinstance(values, dict):
             return values
         values = dict(values)
-        if isinstance(ground := values.get("ground"), dict):
-            values["ground"] = {"kind": DEFAULT_KINDS["ground"], **ground}
+        for name in ("ground", "colour"):
+            if isinstance(table := values.get(name), dict):
+                values[name] = {"kind": DEFAULT_KINDS[name], **table}
         if isinstance(winds := values.get("wind"), list | tuple):
             values["wind"] = [{"kind": DEFAULT_KINDS["wind"], **w} if isinstance(w, dict) else w for w in winds]
         return values
@@ -83,6 +87,16 @@ class Scene(Model):
         wakes = [i for i, wind in enumerate(self.wind) if isinstance(wind, Wake)]
         if len(wakes) > 1:
             raise ValueError(f"wind[{wakes[1]}]: a scene has at most one wake, and wind[{wakes[0]}] is one")
+        return self
+
+    @model_validator(mode="after")
+    def _has_a_picture_for_its_colour(self) -> Self:
+        ground = self.ground
+        if isinstance(self.colour, GroundColour) and not (ground.texture or ground.terrain_map or ground.tile):
+            raise ValueError(
+                'colour.kind: must be "noise" on ground without a picture (got "ground"), or set ground.texture or '
+                "ground.terrain_map"
+            )
         return self
 
     @property

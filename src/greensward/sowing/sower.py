@@ -31,12 +31,19 @@ Table = npt.NDArray[np.void]
 class Sower:
     """Sows tiles with one shader's `grow`."""
 
-    def __init__(self, device: Device, shader: str, page_blades: int, bindings: Mapping[str, Resource]) -> None:
+    def __init__(
+        self,
+        device: Device,
+        shader: str,
+        page_blades: int,
+        bindings: Mapping[str, Resource],
+        defines: Mapping[str, object] = {},
+    ) -> None:
         self._device = device
         self.page_blades = page_blades
-        self._marker = Kernel(device, shader, {}, bindings)
+        self._marker = Kernel(device, shader, defines, bindings)
         self._prefix_sum = Kernel(device, "sowing/prefix_sum.comp")
-        self._placer = Kernel(device, shader, {"PLACE": 1}, bindings)
+        self._placer = Kernel(device, shader, {**defines, "PLACE": 1}, bindings)
 
     def sow(
         self,

@@ -73,7 +73,7 @@ float gloss(vec3 n, vec3 v, vec3 l, float roughness) {
 #ifdef PHONG
 // Area of leaves on a square metre of ground: blades, each two thirds of its length times its greatest width, as a parabola
 float leafAreaAt(vec2 xz) {
-    Sward s = swardAt(xz);
+    Sward s = swardAt(xz, 1.0);
     return sward.density_per_m2 * s.density * slopeShare(groundNormal(xz).y) * s.height * sward.grown * sward.blade_m.x * sward.blade_m.y / 1.5;
 }
 #endif
