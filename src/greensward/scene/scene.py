@@ -17,7 +17,7 @@ from greensward.scene.objects import Object
 from greensward.scene.water import Water
 from greensward.scene.wind import MOST_WINDS, Gusts, Simulation, Wake, Wind
 
-DEFAULT_KINDS = {"ground": "flat", "wind": "gusts", "colour": "noise"}
+DEFAULT_KINDS = {"ground": "flat", "wind": "gusts"}
 """Kinds of tables without the key `kind`."""
 
 
@@ -75,9 +75,8 @@ class Scene(Model):
         if not isinstance(values, dict):
             return values
         values = dict(values)
-        for name in ("ground", "colour"):
-            if isinstance(table := values.get(name), dict):
-                values[name] = {"kind": DEFAULT_KINDS[name], **table}
+        if isinstance(ground := values.get("ground"), dict):
+            values["ground"] = {"kind": DEFAULT_KINDS["ground"], **ground}
         if isinstance(winds := values.get("wind"), list | tuple):
             values["wind"] = [{"kind": DEFAULT_KINDS["wind"], **w} if isinstance(w, dict) else w for w in winds]
         return values

@@ -88,7 +88,8 @@ def _sums_around(values: Floats, reach: int, repeats: bool) -> Floats:
     sums = np.pad(values, padding, mode="wrap" if repeats else "constant").cumsum(axis=0).cumsum(axis=1)
     sums = np.pad(sums, ((1, 0), (1, 0), (0, 0)))
     wide = 2 * reach + 1
-    result: Floats = sums[wide:, wide:] - sums[:-wide, wide:] - sums[wide:, :-wide] + sums[:-wide, :-wide]
+    around = sums[wide:, wide:] - sums[:-wide, wide:] - sums[wide:, :-wide] + sums[:-wide, :-wide]
+    result: Floats = np.maximum(around, 0.0)  # differences of large sums may fall below
     return result
 
 
