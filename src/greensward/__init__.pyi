@@ -19,6 +19,7 @@ from greensward.scene import Grass as Grass
 from greensward.scene import GreenswardError as GreenswardError
 from greensward.scene import Growth as Growth
 from greensward.scene import InputError as InputError
+from greensward.scene import Mass as Mass
 from greensward.scene import Phong as Phong
 from greensward.scene import Post as Post
 from greensward.scene import Scene as Scene

@@ -120,7 +120,10 @@ class World:
         return (
             absent_forces(scene) == absent_forces(self.scene)
             and same_kinds(self.scene.wind, scene.wind)
-            and (scene.colour == self.scene.colour or all(isinstance(each.colour, NoiseColour) for each in (self.scene, scene)))
+            and (
+                scene.colour == self.scene.colour
+                or all(isinstance(each.colour, NoiseColour) for each in (self.scene, scene))
+            )
         )
 
     def change(self, scene: Scene) -> None:

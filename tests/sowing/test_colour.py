@@ -182,7 +182,9 @@ def test_each_blade_has_the_colour_at_its_root(renderer, name):
 
 def test_strength_blends_with_the_species(renderer):
     def albedo(**changes):
-        scene = _scene(colour={"kind": "noise", "low_colour": "#0000ff", "high_colour": "#0000ff", "noise": [], **changes})
+        scene = _scene(
+            colour={"kind": "noise", "low_colour": "#0000ff", "high_colour": "#0000ff", "noise": [], **changes}
+        )
         return renderer(scene).render(0.0, aovs=["albedo"]).truth["albedo"]
 
     none, half, full = (albedo(strength=each) for each in (0.0, 0.5, 1.0))

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import get_args
 
+import numpy as np
+
 from greensward.culling import ChunkRange, ChunkTable
 from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Bindings, Kernel, Resource
@@ -10,6 +12,7 @@ from greensward.gpu.layouts import BlockBuffer, block
 from greensward.motion.force_map import absent_forces
 from greensward.motion.winds import absent_kinds
 from greensward.scene import Scene, Simulation
+from greensward.scene.grass import MOST_SPECIES
 from greensward.sowing import Page
 
 MOTION_BLOCK = block(
@@ -22,6 +25,12 @@ MOTION_BLOCK = block(
     ("step_s", "float"),
     ("within_m", "float"),
     ("form", "int"),
+    ("blades_of_mean_mass", "float"),  # with `[mass]`: mean over reference mass
+    (
+        "blades_per_m2",
+        "vec4",
+        MOST_SPECIES // 4,
+    ),  # mass of the area of length times width over the reference, by species
 )
 FORMS: tuple[str, ...] = get_args(Simulation.model_fields["form"].annotation)
 
@@ -38,10 +47,30 @@ def motion_values(settings: Simulation | None) -> dict[str, object]:
     }
 
 
+def mass_values(scene: Scene) -> dict[str, object]:
+    """Members of the `Motion` block by which winds are forces: masses over the reference mass.
+
+    The outline of a blade is a parabola, whose area is two thirds of its length times its greatest width.
+    """
+    shares, mass_kg_per_m2, area_m2 = (
+        np.array(each)
+        for each in zip(
+            *((g.share, 2.0 / 3.0 * g.mass_kg_per_m2, sum(g.height_m) * sum(g.width_m) / 4.0) for g in scene.grass),
+            strict=True,
+        )
+    )
+    mean_kg = float(shares @ (mass_kg_per_m2 * area_m2) / shares.sum())
+    reference_kg = scene.mass.reference_kg if scene.mass and scene.mass.reference_kg else mean_kg
+    table = np.zeros(MOST_SPECIES)
+    table[: len(shares)] = mass_kg_per_m2 / reference_kg
+    return {"blades_of_mean_mass": mean_kg / reference_kg, "blades_per_m2": table.reshape(-1, 4)}
+
+
 def motion_defines(scene: Scene) -> dict[str, object]:
     """Defines of shaders of motion, so that they hold what the scene needs and no more."""
     form = scene.simulation.form if scene.simulation else FORMS[0]
-    return {"FORM": FORMS.index(form), **absent_kinds(scene.wind), **absent_forces(scene)}
+    mass = {"MASS": 1} if scene.mass else {}
+    return {"FORM": FORMS.index(form), **mass, **absent_kinds(scene.wind), **absent_forces(scene)}
 
 
 class Poses:
@@ -51,6 +80,8 @@ class Poses:
         self._ctx = device.ctx
         self._block = BlockBuffer(device.ctx, MOTION_BLOCK)
         self._block.set(**motion_values(scene.simulation))  # type: ignore[arg-type]
+        if scene.mass and any(grass.share for grass in scene.grass):
+            self._block.set(**mass_values(scene))  # type: ignore[arg-type]
         self.bindings: Bindings = {"Motion": self._block}
         """Block that every shader of motion reads besides the winds."""
         self._kernel = Kernel(device, "motion/poses.comp", motion_defines(scene), bindings)

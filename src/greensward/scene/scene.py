@@ -15,7 +15,7 @@ from greensward.scene.ground import FlatGround, Ground
 from greensward.scene.light import Camera, Phong, Post, Sky, Sun
 from greensward.scene.objects import Object
 from greensward.scene.water import Water
-from greensward.scene.wind import MOST_WINDS, Gusts, Simulation, Wake, Wind
+from greensward.scene.wind import MOST_WINDS, Gusts, Mass, Simulation, Wake, Wind
 
 DEFAULT_KINDS = {"ground": "flat", "wind": "gusts"}
 """Kinds of tables without the key `kind`."""
@@ -40,6 +40,8 @@ class Scene(Model):
     """Sowing of the blades."""
     wind: Annotated[Many[Wind], Field(max_length=MOST_WINDS)] = default((Gusts(),))
     """Winds; they add up."""
+    mass: Mass | None = None
+    """Winds as forces. Without it, winds move blades whatever their mass."""
     force: Annotated[Many[Force], Field(max_length=MOST_FORCES)] = default(())
     """Forces that press the grass of the ground down or push it aside; they add up. Grass on objects feels none."""
     simulation: Simulation | None = None

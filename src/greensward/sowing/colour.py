@@ -99,14 +99,19 @@ def green_pictures(scene: Scene, rule: GroundColour) -> tuple[list[Pixels], Pixe
     Raises `InputError` where no picture has a green texel.
     """
     ground = scene.ground
-    named = [("ground.texture", ground.texture), *((f"ground.tile[{i}].texture", each.texture) for i, each in enumerate(ground.tile))]
+    named = [
+        ("ground.texture", ground.texture),
+        *((f"ground.tile[{i}].texture", each.texture) for i, each in enumerate(ground.tile)),
+    ]
     named.append(("ground.terrain_map", ground.terrain_map))
     none = np.zeros((1, 1, 4), np.uint8)
     pictures = [read_rgba(scene.resolve(file)) if file else none for _, file in named]
     repeats = [True] * (len(named) - 1) + [ground.beyond == "repeat"]
     greens = [green_of(each, rule, repeat) for each, repeat in zip(pictures, repeats, strict=True)]
     if not any(each[..., 3].any() for each in greens):
-        key, file, picture = next((key, file, each) for (key, file), each in zip(named, pictures, strict=True) if file)
+        key, file, picture = next(
+            (key, file, each) for (key, file), each in zip(named, pictures, strict=True) if file
+        )
         raise InputError(
             f'{scene.resolve(file)}: {key}: must have a green texel for colour.kind = "ground" (greenness of the '
             f"greenest is {excess_green(picture).max():.2f}); lower colour.greenness, {rule.greenness:g}, or take a greener picture"

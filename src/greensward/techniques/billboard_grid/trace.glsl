@@ -67,6 +67,9 @@ void bentAt(vec3 root, float tall, float time_s, out vec3 v1, out vec3 v2) {
                     0.01, packSnorm2x16(octahedralEncode(vec3(0.0, 1.0, 0.0))), mean_blade.x, 0u, 0x80000000u);
     float neighbours = simplex(2.3 * root.xz, 71u);
     Air air = windAt(root, neighbours, time_s);
+#ifdef MASS
+    air = forced(air, motion.blades_of_mean_mass);
+#endif
     if (FORM == NATURAL) {
         vec3 off;
         float swing = 3.5 * inversesqrt(max(tall, 0.02)) * time_s + 5.0 * neighbours + 2.0 * simplex(9.1 * root.xz, 73u);

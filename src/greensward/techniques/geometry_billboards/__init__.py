@@ -56,7 +56,13 @@ class GeometryBillboards:
         bindings |= {**pictures.bindings, "Leaf": self._leaf, "Growth": self._growth}
         self._blades = {purpose: self._blade_draw(bindings, purpose) for purpose in ("picture", "shadow")}
         mesh = Mesh(((self._tiles.buffer, *_OF_A_TILE),))
-        self._flat = Draw(device, *_FLAT, defines={**distance_defines(scene.culling), **colour_defines(scene)}, bindings=bindings, meshes=[mesh])
+        self._flat = Draw(
+            device,
+            *_FLAT,
+            defines={**distance_defines(scene.culling), **colour_defines(scene)},
+            bindings=bindings,
+            meshes=[mesh],
+        )
         self._flat.set(tile_m=tile_edge_m(scene, settings), tile_painted=settings.tile_texture is not None)
         for draw in self._blades.values():
             draw.set(**self._uniforms(scene), painted=pictures.painted)
