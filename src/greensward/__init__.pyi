@@ -1,3 +1,4 @@
+from greensward import colours as colours
 from greensward import forces as forces
 from greensward import grounds as grounds
 from greensward import objects as objects

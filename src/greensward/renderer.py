@@ -299,10 +299,10 @@ class Renderer:
     def update(self, scene: Scene | str | Path) -> None:
         """Draw another scene from now on, with the least work that it needs.
 
-        Changed in place, within milliseconds: title, camera, sun, sky, numbers of `[phong]`, shadows, tone, numbers of winds and of
-        noises of colour, colours of grass, and forces if the scene has some before and after. All else is built anew, with the programs and
-        heights that there are; the state of the grass begins anew then. Raises `InputError` for what the scene asks
-        and cannot be had; the renderer goes on with the scene that it has.
+        Changed in place, within milliseconds: title, camera, sun, sky, shadows, tone, numbers of `[phong]`, of winds
+        and of noises of colour, colours of grass, and forces if the scene has some before and after. All else is
+        built anew, with the programs and heights that there are; the state of the grass begins anew then. Raises
+        `InputError` for what the scene asks and cannot be had; the renderer goes on with the scene that it has.
         """
         scene = as_scene(scene)
         if scene == self.scene and self.scene.folder == scene.folder:

@@ -12,7 +12,7 @@ def light(srgb: np.ndarray) -> np.ndarray:
 
 
 def noise_colour(noises: list[dict], low: np.ndarray, high: np.ndarray, seed: int, xz: np.ndarray) -> np.ndarray:
-    """Linear colour (n, 3): each channel the weighted mean of its noises, half way between low and high where that is 0."""
+    """Linear colour (n, 3): each channel the weighted mean of its noises, midway where it is 0."""
     colour = np.empty((len(xz), 3))
     for channel, name in enumerate(("red", "green", "blue")):
         sum_, weights = np.zeros(len(xz)), 0.0

@@ -69,7 +69,7 @@ def test_green_of_a_picture(neighbours, repeats):
     picture = np.random.default_rng(3).integers(0, 256, (19, 23, 4), dtype=np.uint8)
     picture[..., 3] = 255
     picture[4:16, 5:17, 0] = 255  # a patch without green
-    rule = GroundColour(kind="ground", greenness=0.3, neighbours=neighbours)
+    rule = GroundColour(greenness=0.3, neighbours=neighbours)
     got = green_of(picture, rule, repeats) / 255.0
     expected, grows = colour.green_of(picture, 0.3, neighbours, repeats)
     assert np.array_equal(got[..., 3] == 1.0, grows)
@@ -210,8 +210,8 @@ def test_a_picture_without_green_is_refused_in_a_sentence(tmp_path, key):
     with pytest.raises(InputError) as caught:
         green_pictures(scene, scene.colour)
     assert str(caught.value) == (
-        f'{tmp_path / "bare.png"}: ground.{key}: must have a green texel for colour.kind = "ground" (greenness of the '
-        "greenest is 0.00); lower colour.greenness, 0.05, or take a greener picture"
+        f'{tmp_path / "bare.png"}: ground.{key}: must have a texel of greenness 0.05 for colour.kind = "ground" '
+        "(greenest is 0.00); lower colour.greenness, or take a greener picture"
     )
 
 

@@ -13,4 +13,4 @@ Air forced(Air air, float mass) {
 }
 
 // Of a surface density by species, two thirds of its length times its greatest width: the area of a parabola
-float massOf(Blade b) { return motion.blades_per_m2[bladeSpecies(b) >> 2][bladeSpecies(b) & 3] * b.height * b.width; }
+float massOf(Blade b) { return motion.mass_per_m2[bladeSpecies(b) >> 2][bladeSpecies(b) & 3] * b.height * b.width; }

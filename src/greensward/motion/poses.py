@@ -25,12 +25,9 @@ MOTION_BLOCK = block(
     ("step_s", "float"),
     ("within_m", "float"),
     ("form", "int"),
-    ("blades_of_mean_mass", "float"),  # with `[mass]`: mean over reference mass
-    (
-        "blades_per_m2",
-        "vec4",
-        MOST_SPECIES // 4,
-    ),  # mass of the area of length times width over the reference, by species
+    # with `[mass]`, in reference masses: the mean blade, and by species one of a square metre, length times width
+    ("mean_mass", "float"),
+    ("mass_per_m2", "vec4", MOST_SPECIES // 4),
 )
 FORMS: tuple[str, ...] = get_args(Simulation.model_fields["form"].annotation)
 
@@ -63,7 +60,7 @@ def mass_values(scene: Scene) -> dict[str, object]:
     reference_kg = scene.mass.reference_kg if scene.mass and scene.mass.reference_kg else mean_kg
     table = np.zeros(MOST_SPECIES)
     table[: len(shares)] = mass_kg_per_m2 / reference_kg
-    return {"blades_of_mean_mass": mean_kg / reference_kg, "blades_per_m2": table.reshape(-1, 4)}
+    return {"mean_mass": mean_kg / reference_kg, "mass_per_m2": table.reshape(-1, 4)}
 
 
 def motion_defines(scene: Scene) -> dict[str, object]:

@@ -66,7 +66,7 @@ class GroundColour(Model):
     No blade grows where neither the texel at its root nor any near it is green (Tillman 2013, section 2.1.2).
     """
 
-    kind: Literal["ground"]
+    kind: Literal["ground"] = "ground"
     greenness: Number = Field(default=0.05, ge=-1, le=2)
     """Excess green from which on a texel is green: (2 g − r − b) / (r + g + b) of its sRGB values (Woebbecke et al.
     1995)."""

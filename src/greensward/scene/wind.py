@@ -206,8 +206,8 @@ Wind = Annotated[
 class Mass(Model):
     """Winds as forces: heavy blades move less than light ones (Derstroff, section 4.3).
 
-    What a wind gives is the acceleration of a blade of the reference mass. The force for that acts on every blade, and the
-    acceleration of each is the force divided by its own mass.
+    What a wind gives is the acceleration of a blade of the reference mass. The force for that acts on every blade,
+    and the acceleration of each is the force divided by its own mass.
     """
 
     reference_kg: Annotated[Number, Field(gt=0, le=1000)] | None = None

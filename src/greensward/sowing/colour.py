@@ -53,7 +53,7 @@ def tints_values(scene: Scene) -> dict[str, object]:
 
 
 def excess_green(srgb: npt.NDArray[np.integer] | Floats) -> Floats:
-    """Excess green index of sRGB colours (..., 3 or 4), 0 where they are black (Woebbecke et al. 1995): float64 (...)."""
+    """Excess green index (Woebbecke et al. 1995) of sRGB colours (..., 3 or 4): float64 (...); of black 0."""
     red, green, blue = np.moveaxis(np.asarray(srgb, np.float64)[..., :3], -1, 0)
     total = red + green + blue
     result: Floats = (2.0 * green - red - blue) / np.where(total > 0.0, total, 1.0)
@@ -101,20 +101,19 @@ def green_pictures(scene: Scene, rule: GroundColour) -> tuple[list[Pixels], Pixe
     ground = scene.ground
     named = [
         ("ground.texture", ground.texture),
-        *((f"ground.tile[{i}].texture", each.texture) for i, each in enumerate(ground.tile)),
+        *((f"ground.tile[{i}].texture", tile.texture) for i, tile in enumerate(ground.tile)),
+        ("ground.terrain_map", ground.terrain_map),
     ]
-    named.append(("ground.terrain_map", ground.terrain_map))
     none = np.zeros((1, 1, 4), np.uint8)
     pictures = [read_rgba(scene.resolve(file)) if file else none for _, file in named]
     repeats = [True] * (len(named) - 1) + [ground.beyond == "repeat"]
     greens = [green_of(each, rule, repeat) for each, repeat in zip(pictures, repeats, strict=True)]
     if not any(each[..., 3].any() for each in greens):
-        key, file, picture = next(
-            (key, file, each) for (key, file), each in zip(named, pictures, strict=True) if file
-        )
+        key, file = next((key, file) for key, file in named if file)
+        greenest = max(excess_green(each).max() for (_, file), each in zip(named, pictures, strict=True) if file)
         raise InputError(
-            f'{scene.resolve(file)}: {key}: must have a green texel for colour.kind = "ground" (greenness of the '
-            f"greenest is {excess_green(picture).max():.2f}); lower colour.greenness, {rule.greenness:g}, or take a greener picture"
+            f"{scene.resolve(file)}: {key}: must have a texel of greenness {rule.greenness:g} for "
+            f'colour.kind = "ground" (greenest is {greenest:.2f}); lower colour.greenness, or take a greener picture'
         )
     return greens[:-1], greens[-1]
 

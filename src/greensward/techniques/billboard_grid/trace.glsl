@@ -68,7 +68,7 @@ void bentAt(vec3 root, float tall, float time_s, out vec3 v1, out vec3 v2) {
     float neighbours = simplex(2.3 * root.xz, 71u);
     Air air = windAt(root, neighbours, time_s);
 #ifdef MASS
-    air = forced(air, motion.blades_of_mean_mass);
+    air = forced(air, motion.mean_mass);
 #endif
     if (FORM == NATURAL) {
         vec3 off;
