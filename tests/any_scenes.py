@@ -41,7 +41,8 @@ valid_scenes = table(
         max_size=4,
     ),
     colour=table(
-        strength=numbers(0, 1), noise=st.lists(table(channel=st.sampled_from(["red", "all"]), weight=numbers(0.1, 9)))
+        strength=numbers(0, 1),
+        noise=st.lists(table(channel=st.sampled_from(["red", "all"]), weight=numbers(0.1, 9)), max_size=4),
     ).map(lambda t: {"kind": "noise", **t}),
     phong=table(specular=numbers(0, 1), shininess=numbers(1, 1000)),
     mass=table(reference_kg=numbers(1e-6, 1000)),
