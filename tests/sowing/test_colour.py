@@ -5,10 +5,12 @@ import pytest
 
 from blades import blades_by_id, read_blades, up_of
 from greensward.ground import HeightField
+from greensward.renderer import Renderer
 from greensward.scene import ChannelNoise, GroundColour, InputError, NoiseColour, SurfaceClass
 from greensward.sowing.colour import TINTS_BLOCK, excess_green, green_of, green_pictures, tints_values
 from greensward.sowing.species import SWARD_BLOCK
 from greensward.techniques import TECHNIQUES
+from live_objects import live_objects
 from oracles import colour
 from reprojection import world_points
 from shader_calls import shader_call
@@ -246,3 +248,23 @@ def test_pressed_blades_lie_along_the_land_however_they_grow(device, along_norma
     )
     expected = normal if along_normal else np.tile([0.0, 1.0, 0.0], (100, 1))
     assert np.abs(got - expected).max() < 1e-3
+
+
+def test_nothing_is_left_behind(device, tmp_path):
+    scene = _painted(tmp_path)
+    with Renderer(scene, size=(64, 36), ctx=device.ctx) as first:  # what the device keeps for all
+        first.render(0.0)
+    before = live_objects(device)
+    with Renderer(scene, size=(64, 36), ctx=device.ctx) as drawn:
+        drawn.render(0.0)
+    assert live_objects(device) == before
+
+
+def test_the_far_level_shows_it_too(renderer, tmp_path, coarse_far):
+    camera = {"position_m": [0.0, 3.0, 4.0], "target_m": [0.0, 0.0, -1.0]}
+    scene = _painted(tmp_path, camera=camera, sowing={"traced_m": 2.0}, technique={"name": "visibility-buffer"})
+    truth = renderer(scene).render(0.0, aovs=["class", "albedo"]).truth
+    grass = truth["class"] == SurfaceClass.GRASS
+    hue = truth["albedo"][..., 2] / np.maximum(truth["albedo"][..., 1], 1e-3)
+    west, east = hue[:, :50][grass[:, :50]], hue[:, -50:][grass[:, -50:]]
+    assert np.median(west) > 2.0 * np.median(east)
