@@ -55,6 +55,9 @@ SCENE = gs.Scene(
     post=gs.Post(tone_map="linear"),
 )
 HILLS = grounds.HeightMapGround(file="hills.tif", height_m=[0, 30], beyond="repeat")
+PHOTOGRAPH = gs.Scene(
+    ground=HILLS.model_copy(update={"texture": "lawn.png"}), colour=colours.GroundColour(neighbours=3)
+)
 GROUNDS = (grounds.FlatGround(), HILLS, grounds.EndlessGround(size_m=(64, 64)), grounds.NoGround())
 PAINTED = gs.Scene(ground=GROUNDS[0], wind=(winds.Texture(files=["a.png", Path("b.png")]),))
 PATH = gs.CameraPath(key=[gs.CameraKey(time_s=t, position_m=(0, 2, t), target_m=(0, 0, -9)) for t in (0, 1)])
