@@ -26,6 +26,7 @@ from PIL import Image, ImageDraw, ImageFont
 import greensward as gs
 from greensward.aovs import AOVS
 from greensward.gpu.adapters import open_context
+from greensward.ground.noise import octaves
 from greensward.io.rasters import written_aside
 from greensward.scene import InputError
 from greensward.viewer.application import Application
@@ -287,6 +288,35 @@ def growth(size: Size, samples: int) -> Picture:
         return sheet([labelled(renderer.render(t, camera=camera).image, f"{t:.0f} s") for t in times_s], 4)
 
 
+def path_through_grass(edge_px: int) -> Picture:
+    """Paint a ground from above: lush and dry grass, and a path."""
+    x, z = np.meshgrid(*2 * [np.linspace(-30.0, 30.0, edge_px)])
+    broad, fine = octaves(x / 9.0, z / 9.0, 3, 5, 0.5, 2.1), octaves(x * 2.0, z * 2.0, 11, 3, 0.6, 2.1)
+    dry = np.clip(0.5 + broad + 0.2 * fine, 0.0, 1.0)[..., None]
+    painted = np.array([70.0, 104.0, 34.0]) * (1.0 - dry) + np.array([150.0, 150.0, 74.0]) * dry
+    painted[np.abs(x - 3.0 * np.sin(z / 7.0) - 1.0) < 0.9 + 0.25 * fine] = 124.0, 98.0, 70.0
+    return np.clip(painted * (1.0 + 0.2 * fine[..., None]), 0.0, 255.0).astype(np.uint8)
+
+
+def colours(size: Size, samples: int) -> Picture:
+    camera = gs.Camera(position_m=(0.0, 3.2, 9.0), target_m=(0.5, 0.4, -3.0), fov_y_deg=46.0)
+    sun = gs.Sun(azimuth_deg=140.0, elevation_deg=35.0)
+    noise = gs.Scene(colour=gs.colours.NoiseColour(), camera=camera, sun=sun)
+    with tempfile.TemporaryDirectory() as folder:
+        Image.fromarray(path_through_grass(1024)).save(Path(folder) / "land.png")
+        ground = gs.Scene(
+            ground=gs.grounds.FlatGround(size_m=(60.0, 60.0), terrain_map="land.png"),
+            grass=(gs.Grass(height_m=(0.12, 0.3)),),
+            sowing=gs.Sowing(density_per_m2=900.0),
+            colour=gs.colours.GroundColour(),
+            camera=camera,
+            sun=sun,
+        ).in_folder(folder)
+        panels = [draw(scene, size, samples).image for scene in (noise, ground)]
+    captions = "noise", "the ground's picture"
+    return sheet([labelled(*each) for each in zip(panels, captions, strict=True)], 2)
+
+
 def example(name: str, file: str, size: Size, samples: int) -> Picture:
     """Run a program of examples/ and return the picture that it writes."""
     with tempfile.TemporaryDirectory() as folder:
@@ -471,6 +501,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "instant-grass.jpg": (instant_grass, (1280, 720), 16),
     "far-level.jpg": (far_level, (1120, 315), 16),
     "growth.jpg": (growth, (400, 300), 16),
+    "colours.webp": (colours, (336, 210), 16),
     "embed.jpg": (embed, (960, 540), 16),
     "viewer.jpg": (viewer_window, (1280, 800), 16),
     "viewer-mow.jpg": (viewer_mow, (1280, 800), 16),

@@ -40,6 +40,12 @@ valid_scenes = table(
         ),
         max_size=4,
     ),
+    colour=table(
+        strength=numbers(0, 1),
+        noise=st.lists(table(channel=st.sampled_from(["red", "all"]), weight=numbers(0.1, 9)), max_size=4),
+    ).map(lambda t: {"kind": "noise", **t}),
+    phong=table(specular=numbers(0, 1), shininess=numbers(1, 1000)),
+    mass=table(reference_kg=numbers(1e-6, 1000)),
     sowing=table(density_per_m2=numbers(0, 1e5), drift=numbers(0, 1)),
     wind=st.lists(table(speed_mps=numbers(0, 200), direction_deg=numbers(-360, 360)), max_size=3),
     object=st.lists(

@@ -18,7 +18,7 @@ _LAYERS = (
     ("__init__",),
     ("cli", "viewer", "bench"),
     ("renderer",),
-    ("library", "frame", "truth", "viewpoint", "winds", "grounds", "forces"),
+    ("library", "frame", "truth", "viewpoint", "winds", "grounds", "forces", "colours"),
     ("techniques", "passes"),
     ("world",),
     ("motion", "culling", "sowing", "objects", "ground"),

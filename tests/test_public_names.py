@@ -9,15 +9,22 @@ import greensward as gs
 
 
 def test_every_public_name_is_there_and_listed():
-    assert {"Scene", "Renderer", "load", "show", "winds", "objects", "grounds", "forces"} <= set(dir(gs))
+    assert {"Scene", "Renderer", "load", "show", "winds", "objects", "grounds", "forces", "colours"} <= set(dir(gs))
     for name in gs.__all__:
         assert getattr(gs, name)
-    for group in (gs.winds, gs.objects, gs.grounds, gs.forces):
+    for group in (gs.winds, gs.objects, gs.grounds, gs.forces, gs.colours):
         assert set(group.__all__) <= set(dir(group))
 
 
 @pytest.mark.parametrize(
-    ("name", "home"), [("Strong", "winds"), ("Path", "objects"), ("FlatGround", "grounds"), ("Tracks", "forces")]
+    ("name", "home"),
+    [
+        ("Strong", "winds"),
+        ("Path", "objects"),
+        ("FlatGround", "grounds"),
+        ("Tracks", "forces"),
+        ("NoiseColour", "colours"),
+    ],
 )
 def test_a_name_that_moved_says_where_it_is(name, home):
     with pytest.raises(AttributeError, match=rf"greensward\.{name} is now greensward\.{home}\.{name}"):

@@ -1,3 +1,4 @@
+from greensward import colours as colours
 from greensward import forces as forces
 from greensward import grounds as grounds
 from greensward import objects as objects
@@ -19,6 +20,8 @@ from greensward.scene import Grass as Grass
 from greensward.scene import GreenswardError as GreenswardError
 from greensward.scene import Growth as Growth
 from greensward.scene import InputError as InputError
+from greensward.scene import Mass as Mass
+from greensward.scene import Phong as Phong
 from greensward.scene import Post as Post
 from greensward.scene import Scene as Scene
 from greensward.scene import SceneError as SceneError

@@ -37,7 +37,7 @@ from greensward.viewpoint import camera_view, jitter, place
 from greensward.world import FrameTime, World
 
 _FRAME_S = 1.0 / 30.0
-_IN_PLACE = {"title", "camera", "sun", "sky", "shadows", "post", "wind", "force", "grass"}
+_IN_PLACE = {"title", "camera", "sun", "sky", "phong", "shadows", "post", "wind", "force", "grass", "colour"}
 """Parts of a scene that `update` may change without building anew."""
 _COLOURS = {
     "root_colour",
@@ -299,10 +299,10 @@ class Renderer:
     def update(self, scene: Scene | str | Path) -> None:
         """Draw another scene from now on, with the least work that it needs.
 
-        Changed in place, within milliseconds: title, camera, sun, sky, shadows, tone, numbers of winds, colours of
-        grass, and forces if the scene has some before and after. All else is built anew, with the programs and
-        heights that there are; the state of the grass begins anew then. Raises `InputError` for what the scene asks
-        and cannot be had; the renderer goes on with the scene that it has.
+        Changed in place, within milliseconds: title, camera, sun, sky, shadows, tone, numbers of `[phong]`, of winds
+        and of noises of colour, colours of grass, and forces if the scene has some before and after. All else is
+        built anew, with the programs and heights that there are; the state of the grass begins anew then. Raises
+        `InputError` for what the scene asks and cannot be had; the renderer goes on with the scene that it has.
         """
         scene = as_scene(scene)
         if scene == self.scene and self.scene.folder == scene.folder:
@@ -330,6 +330,7 @@ class Renderer:
             not differs - _IN_PLACE
             and before.folder == scene.folder
             and before.camera.far_m == scene.camera.far_m
+            and (before.phong is None) == (scene.phong is None)
             and (before.post.blur == "off") == (scene.post.blur == "off")
             and self._world.can_change(scene)
             and ("grass" not in differs or (self._colours_are_looked_up() and _same_but_colours(before, scene)))
@@ -344,7 +345,7 @@ class Renderer:
         place(scene.camera, self._world.ground.heights)
         with self.device.use():
             self._world.change(scene)
-            if any(getattr(before, name) != getattr(scene, name) for name in ("sun", "sky", "post")):
+            if any(getattr(before, name) != getattr(scene, name) for name in ("sun", "sky", "phong", "post")):
                 self._lighting.relight(scene)
                 if self._water:
                     self._water.relight(scene)

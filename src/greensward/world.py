@@ -27,7 +27,7 @@ from greensward.motion import (
 )
 from greensward.objects.helicopter import helicopters
 from greensward.objects.placing import Placing, Script
-from greensward.scene import InputError, Scene
+from greensward.scene import InputError, NoiseColour, Scene
 from greensward.sowing import Field, Page
 
 Floats = npt.NDArray[np.float64]
@@ -130,8 +130,15 @@ class World:
             part.count_from(anchor_ws)
 
     def can_change(self, scene: Scene) -> bool:
-        """Return whether shaders and objects are good for another scene's winds and forces."""
-        return absent_forces(scene) == absent_forces(self.scene) and same_kinds(self.scene.wind, scene.wind)
+        """Return whether shaders, pictures and objects are good for another scene's winds, forces and colours."""
+        return (
+            absent_forces(scene) == absent_forces(self.scene)
+            and same_kinds(self.scene.wind, scene.wind)
+            and (
+                scene.colour == self.scene.colour
+                or all(isinstance(each.colour, NoiseColour) for each in (self.scene, scene))
+            )
+        )
 
     def change(self, scene: Scene) -> None:
         """Take over another scene's winds, forces and colours of grass; `can_change` must hold."""
@@ -143,7 +150,7 @@ class World:
             self.bindings.update(forces.bindings)
         if scene.wind != self.scene.wind:
             self._winds.change(scene, self.ground.heights)
-        if scene.grass != self.scene.grass:
+        if (scene.grass, scene.colour) != (self.scene.grass, self.scene.colour):
             self.field.change_colours(scene)
         self.scene = scene
 

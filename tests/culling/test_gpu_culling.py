@@ -200,9 +200,7 @@ def test_several_pages_are_drawn_like_one(renderer, monkeypatch):
     tables = {**_SCENES["hills"], "wind": [BREEZE]}
     one = renderer(small_scene(**tables)).render(1.0, aovs=_AOVS)
     usual = Sower.__init__
-    monkeypatch.setattr(
-        Sower, "__init__", lambda self, device, path, _, bindings: usual(self, device, path, 700, bindings)
-    )
+    monkeypatch.setattr(Sower, "__init__", lambda self, device, path, _, *more: usual(self, device, path, 700, *more))
     drawn = renderer(small_scene(**tables))
     several = drawn.render(1.0, aovs=_AOVS)
     assert len(drawn._world.field.pages) > 5

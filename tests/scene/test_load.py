@@ -73,6 +73,44 @@ def test_every_preset_loads_and_has_a_title(name):
             'ground.kind: must be one of flat, heightmap, noise, endless, none (got "hill")',
         ),
         ("ground = {kind = []}", "ground.kind: must be one of flat, heightmap, noise, endless, none (got [])"),
+        ("colour = {}", 'colour.kind: must be one of noise, ground (got "")'),
+        (
+            "colour = {kind = 'ground'}",
+            'colour.kind: must be "noise" on ground without a picture (got "ground"), or set ground.texture or '
+            "ground.terrain_map",
+        ),
+        (
+            "colour = {kind = 'noise', neighbours = 2}",
+            'colour.neighbours: belongs to kind "ground", but the kind here is "noise"',
+        ),
+        (
+            "colour = {kind = 'noise', noise = [{octaves = 12, wavelength_m = 0.5}]}",
+            "colour.noise[0]: octaves must leave the finest a wavelength of 0.001 m or more (got 0.00014 m for 12); "
+            "lower octaves or lacunarity, or raise wavelength_m",
+        ),
+        (
+            "colour = {kind = 'noise', noise = [{octaves = 0}]}",
+            "colour.noise[0].octaves: must be at least 1 (got 0)",
+        ),
+        (
+            "colour = {kind = 'noise', noise = [{weight = 0.0}]}",
+            "colour.noise[0].weight: must be above 0 (got 0.0)",
+        ),
+        (
+            "colour = {kind = 'noise', noise = [{channel = 'alpha'}]}",
+            'colour.noise[0].channel: must be one of red, green, blue, all (got "alpha")',
+        ),
+        (
+            "colour = {kind = 'noise', noise = [" + "{}," * 13 + "]}",
+            "colour.noise: must hold at most 12 values (got 13)",
+        ),
+        ("phong = {shininess = 0.5}", "phong.shininess: must be at least 1 (got 0.5)"),
+        ("phong = {diffuse = 1.5}", "phong.diffuse: must be at most 1 (got 1.5)"),
+        ("phong = {specular = nan}", "phong.specular: must be a finite number (got nan)"),
+        (
+            "phong = {ambient = 0.0, diffuse = 0.0, specular = 0.0}",
+            "phong: ambient, diffuse or specular must be above 0, or all is black (got 0 for each)",
+        ),
         ("ground = 1", "ground: must be a table (got 1)"),
         ("ground = {kind = 'heightmap'}", "ground.file: is missing and has no default"),
         (

@@ -99,6 +99,9 @@ def edited(draw, scene):
         items = [*getattr(scene, key), *getattr(other, key)]
         if items and draw(st.booleans()):
             taken[key] = tuple(draw(st.lists(st.sampled_from(items), max_size=6)))
+    winds = taken.get("wind", ())
+    first = next((i for i, wind in enumerate(winds) if wind.kind == "wake"), None)  # a scene has at most one
+    taken |= {"wind": tuple(w for i, w in enumerate(winds) if w.kind != "wake" or i == first)} if winds else {}
     return scene.model_copy(update=taken)
 
 

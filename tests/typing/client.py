@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 import greensward as gs
-from greensward import forces, grounds, objects, winds
+from greensward import colours, forces, grounds, objects, winds
 
 ROUND = objects.Path(times_s=[0, 4.5], positions_m=[(0, 0, 0), [3, 0, 1]], yaws_deg=[0, 90], after="repeat")
 BY_A_DRONE = gs.Scene(wind=(winds.Idle(period_s=4), winds.Wake(by="both", downwash_mps2=20)))
@@ -33,6 +33,9 @@ SCENE = gs.Scene(
         forces.Stamp(outline="hoof.png", places=[(0, 0, 90)], fades_s=4),
         forces.ForceMap(file=Path("map.png"), size_m=(4, 4)),
     ],
+    colour=colours.NoiseColour(noise=[colours.ChannelNoise(channel="red", wavelength_m=3)]),
+    phong=gs.Phong(shininess=20),
+    mass=gs.Mass(reference_kg=1e-4),
     simulation=gs.Simulation(gravity_centre_m=(0, -10, 0)),
     growth=gs.Growth(height=[(0, 0), (1, 1)]),
     object=[
@@ -52,6 +55,9 @@ SCENE = gs.Scene(
     post=gs.Post(tone_map="linear"),
 )
 HILLS = grounds.HeightMapGround(file="hills.tif", height_m=[0, 30], beyond="repeat")
+PHOTOGRAPH = gs.Scene(
+    ground=HILLS.model_copy(update={"texture": "lawn.png"}), colour=colours.GroundColour(neighbours=3)
+)
 GROUNDS = (grounds.FlatGround(), HILLS, grounds.EndlessGround(size_m=(64, 64)), grounds.NoGround())
 PAINTED = gs.Scene(ground=GROUNDS[0], wind=(winds.Texture(files=["a.png", Path("b.png")]),))
 PATH = gs.CameraPath(key=[gs.CameraKey(time_s=t, position_m=(0, 2, t), target_m=(0, 0, -9)) for t in (0, 1)])

@@ -19,17 +19,21 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help='Print {"ok": …, "errors": […]}.')] = False,
 ) -> None:
     """Report every error in a scene and its files."""
-    from greensward.scene.errors import SceneError
+    from greensward.scene.colour import GroundColour
+    from greensward.scene.errors import InputError, SceneError
     from greensward.scene.load import load, named_files
+    from greensward.sowing.colour import green_pictures
     from greensward.techniques import SETTINGS
 
     problems: tuple[str, ...] = ()
     try:
         loaded = load(scene, technique_settings=SETTINGS, read_file=_read)
-    except SceneError as error:
+        if isinstance(loaded.colour, GroundColour):
+            green_pictures(loaded, loaded.colour)
+    except InputError as error:
         if not as_json:
             raise
-        problems = error.problems
+        problems = error.problems if isinstance(error, SceneError) else (str(error),)
     if as_json:
         print(json.dumps({"ok": not problems, "errors": problems}, indent=2))
         raise typer.Exit(2 if problems else 0)

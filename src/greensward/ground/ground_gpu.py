@@ -32,7 +32,7 @@ GROUND_BLOCK = block(
     ("in_hexagon", "vec2"),
 )
 SOIL_HEXAGONS = np.array([[1.0, -0.57735027], [0.0, 1.15470054]]) * 1.7
-"""From copies of the soil's texture to the lattice of `untiled` in passes/terrain/material.glsl."""
+"""Matrix from copies of the soil's texture to the lattice of `hexagonsAt` in ground/soil.glsl."""
 
 
 _LIGHT = decoded(np.arange(256) / 255.0)

@@ -1,5 +1,6 @@
 // What presses the grass of the ground down or pushes it aside (Jahrmann & Wimmer 2013, section 5.2): layers that add up.
 #include "shaders/blade.glsl"
+#include "layout/Sward"
 
 #ifndef NO_FORCES
 #include "layout/Forces"
@@ -48,13 +49,13 @@ vec3 forceOn(Blade b, float time_s) {
 
 float pressedBy(vec3 force) { return clamp(-force.y, 0.0, 1.0); }
 
-// The up that a blade lies flat to: its own, which is normalize(mix(vertical, normal of the ground, 0.35)), and the more it
-// is pressed, that normal
+// The up that a blade lies flat to: its own, which is normalize(mix(vertical, normal of the ground, along_normal)), and the
+// more it is pressed, that normal
 vec3 upUnder(vec3 up, vec3 force) {
-    float down = pressedBy(force);
-    if (down <= 0.0) return up;
-    float along = 0.65 * up.y + sqrt(max(0.4225 * up.y * up.y - 0.3, 0.0));
-    return normalize(mix(up, normalize(along * up - vec3(0.0, 0.65, 0.0)), down));
+    float down = pressedBy(force), turned = sward.along_normal, upright = 1.0 - turned;
+    if (down <= 0.0 || turned <= 0.0) return up;
+    float along = upright * up.y + sqrt(max(upright * upright * up.y * up.y - (1.0 - 2.0 * turned), 0.0));
+    return normalize(mix(up, normalize(along * up - vec3(0.0, upright, 0.0)), down));
 }
 
 // Jahrmann & Wimmer 2013, section 5.2: the force is added to the offset of the upper vertices. In the paper blades have no

@@ -4,6 +4,7 @@
 #include "shaders/bezier.glsl"
 #include "motion/wind.glsl"
 #include "motion/forces.glsl"
+#include "motion/mass.glsl"
 #include "motion/force_map.glsl"
 
 const float MOST_LEAN = 1.25;         // radians, in a storm
@@ -39,7 +40,13 @@ float ownPhase(Blade b) {
     return unit(hash3(uvec3(own, 1u)).x);
 }
 
-Air airAround(Blade b, float time_s) { return windAt(bladeRoot(b), ownPhase(b), time_s); }
+Air airAround(Blade b, float time_s) {
+    Air air = windAt(bladeRoot(b), ownPhase(b), time_s);
+#ifdef MASS
+    air = forced(air, massOf(b));
+#endif
+    return air;
+}
 
 // `swing` is the phase of its bobbing, `off` the up of what it must keep off
 void bentByWindAtPhase(Blade b, Air air, float time_s, float swing, out vec3 off, out vec3 v1, out vec3 v2) {

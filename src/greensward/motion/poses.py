@@ -13,6 +13,7 @@ from greensward.gpu.layouts import BlockBuffer, block
 from greensward.motion.force_map import absent_forces
 from greensward.motion.winds import absent_kinds
 from greensward.scene import Scene, Simulation
+from greensward.scene.grass import MOST_SPECIES
 from greensward.sowing import Page
 
 MOTION_BLOCK = block(
@@ -25,6 +26,9 @@ MOTION_BLOCK = block(
     ("step_s", "float"),
     ("within_m", "float"),
     ("form", "int"),
+    # with `[mass]`, in reference masses: the mean blade, and by species one of a square metre, length times width
+    ("mean_mass", "float"),
+    ("mass_per_m2", "vec4", MOST_SPECIES // 4),
 )
 FORMS: tuple[str, ...] = get_args(Simulation.model_fields["form"].annotation)
 
@@ -41,10 +45,30 @@ def motion_values(settings: Simulation | None, anchor_ws: npt.ArrayLike = (0.0, 
     }
 
 
+def mass_values(scene: Scene) -> dict[str, object]:
+    """Members of the `Motion` block by which winds are forces: masses over the reference mass.
+
+    The outline of a blade is a parabola, whose area is two thirds of its length times its greatest width.
+    """
+    shares, mass_kg_per_m2, area_m2 = (
+        np.array(each)
+        for each in zip(
+            *((g.share, 2.0 / 3.0 * g.mass_kg_per_m2, sum(g.height_m) * sum(g.width_m) / 4.0) for g in scene.grass),
+            strict=True,
+        )
+    )
+    mean_kg = float(shares @ (mass_kg_per_m2 * area_m2) / shares.sum())
+    reference_kg = scene.mass.reference_kg if scene.mass and scene.mass.reference_kg else mean_kg
+    table = np.zeros(MOST_SPECIES)
+    table[: len(shares)] = mass_kg_per_m2 / reference_kg
+    return {"mean_mass": mean_kg / reference_kg, "mass_per_m2": table.reshape(-1, 4)}
+
+
 def motion_defines(scene: Scene) -> dict[str, object]:
     """Defines of shaders of motion, so that they hold what the scene needs and no more."""
     form = scene.simulation.form if scene.simulation else FORMS[0]
-    return {"FORM": FORMS.index(form), **absent_kinds(scene.wind), **absent_forces(scene)}
+    mass = {"MASS": 1} if scene.mass else {}
+    return {"FORM": FORMS.index(form), **mass, **absent_kinds(scene.wind), **absent_forces(scene)}
 
 
 class Poses:
@@ -54,6 +78,8 @@ class Poses:
         self._ctx, self._settings = device.ctx, scene.simulation
         self._block = BlockBuffer(device.ctx, MOTION_BLOCK)
         self._block.set(**motion_values(scene.simulation))  # type: ignore[arg-type]
+        if scene.mass and any(grass.share for grass in scene.grass):
+            self._block.set(**mass_values(scene))  # type: ignore[arg-type]
         self.bindings: Bindings = {"Motion": self._block}
         """Block that every shader of motion reads besides the winds."""
         self._kernel = Kernel(device, "motion/poses.comp", motion_defines(scene), bindings)

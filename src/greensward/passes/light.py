@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.gpu.layouts import block
-from greensward.scene import NoGround, Scene
+from greensward.scene import NoGround, Phong, Scene
 
 LIGHT_BLOCK = block(
     "Light",
@@ -32,6 +32,8 @@ LIGHT_BLOCK = block(
     ("darkening", "float"),
     ("darkening_m", "float"),
     ("open_below", "int"),  # no ground: sky below the horizon too
+    ("phong", "vec4"),  # coefficients of ambient, diffuse and specular light; shininess
+    ("extinction", "float"),
 )
 _SUN = np.array([1.0, 0.97, 0.93]) * 20.0  # irradiance above the air of a sun of strength 1
 
@@ -46,7 +48,7 @@ def to_sun(scene: Scene) -> npt.NDArray[np.float64]:
 
 def light_values(scene: Scene) -> dict[str, object]:
     """Members of the `Light` block that follow from the scene alone."""
-    sun, sky, post = scene.sun, scene.sky, scene.post
+    sun, sky, post, phong = scene.sun, scene.sky, scene.post, scene.phong or Phong()
     return {
         "to_sun": (*to_sun(scene), 0.0),
         "sun_outside": (*(_SUN * sun.strength), 0.0),
@@ -63,6 +65,8 @@ def light_values(scene: Scene) -> dict[str, object]:
         "darkening_m": post.darkening_m,
         "filmic": int(post.tone_map == "filmic"),
         "open_below": int(isinstance(scene.ground, NoGround)),
+        "phong": (phong.ambient, phong.diffuse, phong.specular, phong.shininess),
+        "extinction": phong.extinction,
     }
 
 

@@ -1,13 +1,14 @@
 """Models of a scene: frozen, with TOML in and out and presets. Imports no GPU code."""
 
 from greensward.scene.classes import SurfaceClass
+from greensward.scene.colour import ChannelNoise, GroundColour, NoiseColour
 from greensward.scene.errors import GreenswardError, InputError, SceneError
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.flowers import Flowers
 from greensward.scene.force import Footprints, ForceMap, Stamp, Tracks
 from greensward.scene.grass import Grass
 from greensward.scene.ground import EndlessGround, FlatGround, HeightMapGround, NoGround, NoiseGround
-from greensward.scene.light import Camera, Post, Sky, Sun
+from greensward.scene.light import Camera, Phong, Post, Sky, Sun
 from greensward.scene.objects import Box, Capsule, Cylinder, Fur, Mesh, Path, Sphere
 from greensward.scene.scene import Scene
 from greensward.scene.water import Water
@@ -16,6 +17,7 @@ from greensward.scene.wind import (
     Gusts,
     Helicopter,
     Idle,
+    Mass,
     Random,
     Ripples,
     Simulation,
@@ -31,6 +33,7 @@ __all__ = [
     "Box",
     "Camera",
     "Capsule",
+    "ChannelNoise",
     "Culling",
     "Cylinder",
     "EndlessGround",
@@ -41,16 +44,20 @@ __all__ = [
     "Fur",
     "Grass",
     "GreenswardError",
+    "GroundColour",
     "Growth",
     "Gusts",
     "HeightMapGround",
     "Helicopter",
     "Idle",
     "InputError",
+    "Mass",
     "Mesh",
     "NoGround",
+    "NoiseColour",
     "NoiseGround",
     "Path",
+    "Phong",
     "Post",
     "Random",
     "Ripples",

@@ -22,6 +22,9 @@ class Sowing(Model):
     """Image over the whole ground that colours the grass; its alpha is the strength."""
     max_slope_deg: Number = Field(default=60.0, ge=0, le=90)
     """No blade grows where the ground is steeper."""
+    along_normal: Number = Field(default=0.35, ge=0, le=1)
+    """Direction in which blades of the ground grow: 0 straight up, 1 along the normal of the land. The billboards of
+    `billboard-grid` and `geometry-billboards` stand upright."""
     clump_m: Number = Field(default=0.35, gt=0, le=100)
     """Size of clumps, whose blades share lean and colour."""
     clumping: Number = Field(default=0.5, ge=0, le=1)

@@ -45,6 +45,8 @@ class Grass(Model):
     """Greatest width."""
     stiffness: Range[_Part] = default((0.4, 0.8))
     """Resistance to wind: 0 follows it, 1 hardly moves."""
+    mass_kg_per_m2: Number = Field(default=0.2, ge=0.001, le=100)
+    """Fresh mass of a blade for the area of one of its sides; it matters with `[mass]`."""
     tilt_deg: Range[_Tilt] = default((8.0, 40.0))
     """Lean of the line from root to tip."""
     bend: Range[_Part] = default((0.1, 0.5))

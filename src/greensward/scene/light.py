@@ -1,6 +1,6 @@
 """Sun, sky, camera and post-processing."""
 
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -27,6 +27,30 @@ class Sky(Model):
     """Fraction of the sky that clouds cover. They cast no shadow on the grass."""
     strength: Number = Field(default=1.0, ge=0, le=100)
     """Factor on the light of the sky."""
+
+
+_Coefficient = Annotated[Number, Field(ge=0, le=1)]
+
+
+class Phong(Model):
+    """Phong's reflection model, with less ambient light towards the roots of tall and dense grass (Tillman 2013)."""
+
+    ambient: _Coefficient = 1.0
+    """Coefficient of the ambient light, which is the mean light of the sky."""
+    diffuse: _Coefficient = 1.0
+    """Coefficient of the sunlight that a surface scatters."""
+    specular: _Coefficient = 0.06
+    """Coefficient of the sun's highlights."""
+    shininess: Number = Field(default=12.0, ge=1, le=1000)
+    """Exponent of the highlights: higher ones are smaller."""
+    extinction: Number = Field(default=0.5, ge=0, le=10)
+    """Extinction of ambient light by a unit of leaf area index; 0 leaves it the same from tip to root."""
+
+    @model_validator(mode="after")
+    def _reflects_something(self) -> Self:
+        if self.ambient == self.diffuse == self.specular == 0.0:
+            raise ValueError("ambient, diffuse or specular must be above 0, or all is black (got 0 for each)")
+        return self
 
 
 class Camera(Model):

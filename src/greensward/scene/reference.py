@@ -13,8 +13,10 @@ from greensward.scene.grass import Grass, species_table
 from greensward.scene.scene import DEFAULT_KINDS, Scene
 
 _UNITS = {
+    "kg_per_m2": "kg/m²",
     "per_m2": "per m²",
     "m2": "m²",
+    "kg": "kg",
     "m": "m",
     "deg": "°",
     "mps2": "m/s²",

@@ -6,15 +6,16 @@ from typing import Annotated, Any, Self
 from pydantic import Field, PrivateAttr, model_validator
 
 from greensward.scene.base import Count, Many, Model, Text, default
+from greensward.scene.colour import GrassColour, GroundColour
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.flowers import MOST_FLOWERS, Flowers
 from greensward.scene.force import MOST_FORCES, Force
 from greensward.scene.grass import MOST_SPECIES, Grass
 from greensward.scene.ground import FlatGround, Ground
-from greensward.scene.light import Camera, Post, Sky, Sun
+from greensward.scene.light import Camera, Phong, Post, Sky, Sun
 from greensward.scene.objects import Object
 from greensward.scene.water import Water
-from greensward.scene.wind import MOST_WINDS, Gusts, Simulation, Wake, Wind
+from greensward.scene.wind import MOST_WINDS, Gusts, Mass, Simulation, Wake, Wind
 
 DEFAULT_KINDS = {"ground": "flat", "wind": "gusts"}
 """Kinds of tables without the key `kind`."""
@@ -31,12 +32,16 @@ class Scene(Model):
     """Ground that the grass stands on."""
     grass: Annotated[Many[Grass], Field(max_length=MOST_SPECIES)] = default((Grass(),))
     """Species, mixed by share."""
+    colour: GrassColour | None = None
+    """Colour of the grass by place. Without it, it is that of the species."""
     flowers: Annotated[Many[Flowers], Field(max_length=MOST_FLOWERS)] = default(())
     """Plants as billboards."""
     sowing: Sowing = Sowing()
     """Sowing of the blades."""
     wind: Annotated[Many[Wind], Field(max_length=MOST_WINDS)] = default((Gusts(),))
     """Winds; they add up."""
+    mass: Mass | None = None
+    """Winds as forces. Without it, winds move blades whatever their mass."""
     force: Annotated[Many[Force], Field(max_length=MOST_FORCES)] = default(())
     """Forces that press the grass of the ground down or push it aside; they add up. Grass on objects feels none."""
     simulation: Simulation | None = None
@@ -51,6 +56,8 @@ class Scene(Model):
     """The sun."""
     sky: Sky = Sky()
     """The atmosphere."""
+    phong: Phong | None = None
+    """Phong's reflection model. Without it, leaves scatter, shine and let light through as they do in nature."""
     shadows: Shadows = Shadows()
     """Shadow maps."""
     camera: Camera = Camera()
@@ -81,6 +88,16 @@ class Scene(Model):
         wakes = [i for i, wind in enumerate(self.wind) if isinstance(wind, Wake)]
         if len(wakes) > 1:
             raise ValueError(f"wind[{wakes[1]}]: a scene has at most one wake, and wind[{wakes[0]}] is one")
+        return self
+
+    @model_validator(mode="after")
+    def _has_a_picture_for_its_colour(self) -> Self:
+        ground = self.ground
+        if isinstance(self.colour, GroundColour) and not (ground.texture or ground.terrain_map or ground.tile):
+            raise ValueError(
+                'colour.kind: must be "noise" on ground without a picture (got "ground"), or set ground.texture or '
+                "ground.terrain_map"
+            )
         return self
 
     @property

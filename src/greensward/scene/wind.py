@@ -203,6 +203,17 @@ Wind = Annotated[
 ]
 
 
+class Mass(Model):
+    """Winds as forces: heavy blades move less than light ones (Derstroff, section 4.3).
+
+    What a wind gives is the acceleration of a blade of the reference mass. The force for that acts on every blade,
+    and the acceleration of each is the force divided by its own mass.
+    """
+
+    reference_kg: Annotated[Number, Field(gt=0, le=1000)] | None = None
+    """Mass of a blade that moves as without this table. If left out, that of a blade of mean size and mass."""
+
+
 class Simulation(Model):
     """Dynamics of the blades: they swing, lag, are pressed down and rise. Without it their motion is analytic."""
 

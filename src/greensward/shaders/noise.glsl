@@ -27,14 +27,19 @@ float simplex(vec2 p, ivec2 from, uint seed) {
 float simplex(vec2 p, uint seed) { return simplex(p, ivec2(0), seed); }
 
 // Octaves blended with different seeds and turned against each other, so that no single frequency shows
-// (Tillman 2013, section 2.1.5).
-float octaves(vec2 p, uint seed, int count, float gain, float lacunarity) {
+// (Tillman 2013, section 2.1.5). Those finer than a footprint, in units of p, fade to their mean.
+float octaves(vec2 p, uint seed, int count, float gain, float lacunarity, float footprint) {
     float sum = 0.0, weight = 1.0, total = 0.0;
     for (int i = 0; i < count; i++) {
-        sum += weight * simplex(p, seed + uint(i) * 101u);
+        sum += weight * (1.0 - smoothstep(0.15, 0.6, footprint)) * simplex(p, seed + uint(i) * 101u);
         total += weight;
         weight *= gain;
         p = lacunarity * vec2(0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y);
+        footprint *= lacunarity;
     }
     return sum / total;
+}
+
+float octaves(vec2 p, uint seed, int count, float gain, float lacunarity) {
+    return octaves(p, seed, count, gain, lacunarity, 0.0);
 }

@@ -13,6 +13,7 @@ from greensward.gpu.memory import available_bytes
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.scene import InputError, Scene
 from greensward.sowing.blade import BLADE, FIRST_TRACED, MOST_BLADES, POSE
+from greensward.sowing.colour import GrassColours, colour_defines
 from greensward.sowing.growth import cover_at
 from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.sowing.objects import grassy_objects, sow_object
@@ -51,11 +52,12 @@ class Field:
         self.tallest_m = max((grass.height_m[1] for grass in scene.grass), default=0.0) * 1.7 * max(grown, 1.0)
         self._block = BlockBuffer(device.ctx, SWARD_BLOCK)
         self._block.set(**values)  # type: ignore[arg-type]
-        self.bindings: Bindings = {**ground.bindings, "Sward": self._block}
-        """Ground and sward, by their names in shaders."""
+        self._colours = GrassColours(device, scene)
+        self.bindings: Bindings = {**ground.bindings, **self._colours.bindings, "Sward": self._block}
+        """Ground, sward and its colours, by their names in shaders."""
         # a technique may keep records of its own for each blade, up to twice as large
         self._page_blades = min(device.limits.storage_block_bytes, 1 << 30) // (2 * BLADE.dtype.itemsize)
-        self._sower = Sower(device, "sowing/sow.comp", self._page_blades, self.bindings)
+        self._sower = Sower(device, "sowing/sow.comp", self._page_blades, self.bindings, colour_defines(scene))
         self._on_ground = StreamedPages(device, self._sower, scene.growth is not None)
         self._unstored_keys: list[npt.NDArray[np.int64]] = []
         self._transform = BladeTransform(device, scene) if scene.growth or self._to_sow else None
@@ -202,8 +204,9 @@ class Field:
         sower.release()
 
     def change_colours(self, scene: Scene) -> None:
-        """Colour the blades as another scene has it, whose species differ in colours only."""
+        """Colour the blades as another scene has it, whose species and noises differ in colours only."""
         self._scene = scene
+        self._colours.change(scene)
         self._block.set(species=sward_values(scene)["species"])  # type: ignore[arg-type]
 
     def transform(self, placed: Floats, time_s: float) -> None:
@@ -326,7 +329,7 @@ class Field:
         self.unstored = None
         release_all(*self._on_objects)
         self._on_objects = []
-        release_all(self._block, self._sower, *self._identify.values())
+        release_all(self._block, self._colours, self._sower, *self._identify.values())
         if self._transform:
             self._transform.release()
 

@@ -40,7 +40,7 @@ bool sproutOn(vec3 normal, Seed seed, out Blade blade) {
 
     GrowthPoint point;
     point.root = seed.root;
-    point.up = normalize(mix(vec3(0.0, 1.0, 0.0), normal, 0.35));
+    point.up = normalize(mix(vec3(0.0, 1.0, 0.0), normal, sward.along_normal));
     point.at = vec3(inWorld(xz), 0.0).xzy;
     point.facing = vec3(0.0, 1.0, 0.0);
     point.random = seed.random;

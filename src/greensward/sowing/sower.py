@@ -26,7 +26,7 @@ _COUNT = struct(
 # of 32 candidates; starts within the tile
 _MARK = struct("Mark", ("grows", "uint"), ("heads", "uint"), ("start", "uint"), ("head_start", "uint"))
 NOWHERE = 0xFFFFFFFF
-"""In place of the number of a page: nothing of the tile is placed."""
+"""Number of no page: nothing of the tile is placed."""
 _SLICE, _MOST_SLICES = 256, 1024
 """Candidates of a tile that one workgroup tries, and workgroups that share a tile, at most."""
 Table = npt.NDArray[np.void]
@@ -35,12 +35,19 @@ Table = npt.NDArray[np.void]
 class Sower:
     """Sows tiles with one shader's `grow`."""
 
-    def __init__(self, device: Device, shader: str, page_blades: int, bindings: Mapping[str, Resource]) -> None:
+    def __init__(
+        self,
+        device: Device,
+        shader: str,
+        page_blades: int,
+        bindings: Mapping[str, Resource],
+        defines: Mapping[str, object] = {},
+    ) -> None:
         self._device = device
         self.page_blades = page_blades
-        self._marker = Kernel(device, shader, {}, bindings)
+        self._marker = Kernel(device, shader, defines, bindings)
         self._prefix_sum = Kernel(device, "sowing/prefix_sum.comp")
-        self._placer = Kernel(device, shader, {"PLACE": 1}, bindings)
+        self._placer = Kernel(device, shader, {**defines, "PLACE": 1}, bindings)
         self._buffers = {name: device.ctx.buffer(reserve=WORD) for name in ("Tiles", "Counts", "Marks")}
         self._slices = 1
 

@@ -35,6 +35,8 @@ SWARD_BLOCK = block(
     ("anchor_leaf", "ivec2"),  # leaf, and cell of clumps, in which the anchor lies, and where in the cell
     ("anchor_clump", "ivec2"),
     ("in_clump", "vec2"),
+    ("along_normal", "float"),  # direction of growth, from the vertical to the normal of the ground
+    ("towards_normal", "float"),  # factor on the level part of that direction which about gives the normal
     ("grown", "float"),  # cover so far, as a part of the full-grown field's
 )
 
@@ -84,6 +86,8 @@ def sward_values(scene: Scene) -> dict[str, object]:
         "blades_m": sowing.blades_m,
         "canopy_m": 0.8 * float(mean[0]),
         "blade_m": mean,
+        "along_normal": sowing.along_normal,
+        "towards_normal": round(1.0 / max(sowing.along_normal, 0.01), 2),
         "leaf_m": leaf_edge_m(sowing.density_per_m2),
         "grown": cover_at(scene.growth, 0.0),
     }

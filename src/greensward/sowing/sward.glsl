@@ -2,11 +2,11 @@
 // Sowing draws blades from it; the ground takes its colour where blades end.
 #include "shaders/noise.glsl"
 #include "ground/ground.glsl"
+#include "sowing/colour.glsl"
 #include "layout/Sward"
 #include "layout/SpeciesRow"
 
 uniform sampler2D density_map;
-uniform sampler2D vegetation_map;
 
 vec4 species(int index, int row) { return sward.species[index * SPECIES_ROWS + row]; }
 
@@ -42,16 +42,19 @@ Sward swardOn(vec3 at, vec3 facing) {
     return s;
 }
 
-Sward swardAt(vec2 xz) {
+// The mean over a footprint, or what is right at a root
+Sward swardAt(vec2 xz, float footprint_m) {
     vec4 map = textureLod(density_map, mapUv(xz), 0.0);
     vec2 world = inWorld(xz);
     Sward s = swardOn(vec3(world.x, 0.0, world.y), vec3(0.0, 1.0, 0.0));
-    s.density *= map.r;
+    s.density *= map.r * greenAt(xz, footprint_m);
     s.height *= map.b;
     bool outside = any(greaterThan(abs(world), 0.5 * ground.size_m));
     if (ground.beyond == 1 && outside) s.density = 0.0;
     return s;
 }
+
+Sward swardAt(vec2 xz) { return swardAt(xz, 0.0); }
 
 // Fewer blades grow towards the steepest slope that bears any
 float slopeShare(float normalY) { return clamp((normalY - sward.min_normal_y) / 0.04, 0.0, 1.0); }
@@ -61,8 +64,8 @@ float speciesWeight(int index, vec3 at, vec3 facing) {
     return row.x * exp(5.0 * row.y * driftOn(at, facing, 4001u + 331u * uint(index)));
 }
 
-// Cover-weighted mean colour of the upper blades, their transmittance in w
-vec4 swardColour(vec2 xz, Sward s) {
+// Cover-weighted mean colour of the upper blades over a footprint, their transmittance in w
+vec4 swardColour(vec2 xz, Sward s, float footprint_m) {
     vec4 sum = vec4(0.0);
     float total = 1e-6;
     vec3 world = vec3(inWorld(xz), 0.0).xzy;
@@ -75,7 +78,7 @@ vec4 swardColour(vec2 xz, Sward s) {
         sum += cover * vec4(mix(green, species(i, DRY).rgb, dry), root.w);
         total += cover;
     }
-    vec4 map = textureLod(vegetation_map, mapUv(xz), 0.0);
+    vec4 map = paintedAt(xz, footprint_m);
     sum /= total;
     return vec4(mix(sum.rgb, map.rgb, map.a), sum.w);
 }

@@ -13,6 +13,7 @@ from greensward.gpu.layouts import struct
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.passes.flowers.pictures import flower_array
+from greensward.sowing import colour_defines
 from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.world import FrameTime, World
 
@@ -39,7 +40,12 @@ class BillboardFlowers:
         if not self._tables:
             return
         self._pictures, self._aspects = flower_array(device.ctx, world.scene)
-        self._grow = Kernel(device, f"{_FOLDER}/grow.comp", motion_defines(world.scene), world.bindings)
+        self._grow = Kernel(
+            device,
+            f"{_FOLDER}/grow.comp",
+            {**motion_defines(world.scene), **colour_defines(world.scene)},
+            world.bindings,
+        )
         stages = f"{_FOLDER}/flower.vert", f"{_FOLDER}/flower.frag"
         self._draws = {
             purpose: Draw(device, *stages, defines=defines, bindings=world.bindings)

@@ -16,6 +16,7 @@ from greensward.passes.light import LIGHT_BLOCK, exposure, light_values
 from greensward.passes.shadows import ShadowMaps, shadow_from_world
 from greensward.passes.sky import SkyTable, sh_basis
 from greensward.scene import Scene
+from greensward.sowing import colour_defines
 
 
 class Lighting:
@@ -25,7 +26,10 @@ class Lighting:
         self, device: Device, bindings: Bindings, scene: Scene, size: tuple[int, int], stage: Stage | None
     ) -> None:
         self._ctx = device.ctx
-        self._pass = FullScreenPass(device, "passes/lighting/lighting.glsl", ["f2"], stage=stage, bindings=bindings)
+        defines = {"PHONG": 1, **colour_defines(scene)} if scene.phong else {}
+        self._pass = FullScreenPass(
+            device, "passes/lighting/lighting.glsl", ["f2"], stage=stage, defines=defines, bindings=bindings
+        )
         self._block = BlockBuffer(device.ctx, LIGHT_BLOCK)
         self._sky = SkyTable(device, self._block, stage)
         self._bindings: Bindings = {"Light": self._block, "sky_table": self._sky.texture}
@@ -36,7 +40,7 @@ class Lighting:
         self._shadow_views: Sequence[View] | None = None
 
     def relight(self, scene: Scene) -> None:
-        """Take the sun, the air and the exposure of a scene from now on."""
+        """Take the sun, the air, the exposure and the numbers of the reflection model of a scene from now on."""
         self._block.set(**light_values(scene))  # type: ignore[arg-type]
         harmonics = self._sky.fill()
         up = _irradiance_up(harmonics)

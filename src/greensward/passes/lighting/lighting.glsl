@@ -2,6 +2,10 @@
 #include "shaders/gbuffer.glsl"
 #include "passes/sky/surroundings.glsl"
 #include "ground/ground.glsl"
+#ifdef PHONG
+#include "passes/lighting/phong.glsl"
+#include "sowing/sward.glsl"
+#endif
 
 uniform sampler2DShadow shadow_map0;
 uniform sampler2DShadow shadow_map1;
@@ -66,6 +70,14 @@ float gloss(vec3 n, vec3 v, vec3 l, float roughness) {
     return min(d * visible * f, 8.0) * nl;
 }
 
+#ifdef PHONG
+// Area of leaves on a square metre of ground: blades, each two thirds of its length times its greatest width, as a parabola
+float leafAreaAt(vec2 xz) {
+    Sward s = swardAt(xz, 1.0);
+    return sward.density_per_m2 * s.density * slopeShare(groundNormal(xz).y) * s.height * sward.grown * sward.blade_m.x * sward.blade_m.y / 1.5;
+}
+#endif
+
 bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 ray = normalize(rayThrough(pixel));
     if (classAt(pixel) == CLASS_SKY) {
@@ -85,6 +97,10 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 lie = on_ground ? groundNormal(p.xz) : n;
     float lit = sunlit(p, lie, on_ground || classAt(pixel) == CLASS_OBJECT, ditherAt(pixel));
     if (on_ground) lit *= smoothstep(-0.04, 0.2, dot(lie, toSun));
+#ifdef PHONG
+    float left = open < 1.0 ? ambientLeft(leafAreaAt(p.xz), depthBelowTips(open)) : 1.0;
+    vec3 colour = phong(albedo, n, -ray, toSun, lit * sun, light.sky_mean.rgb, left);
+#else
     // the map is coarser than a blade: deep in the sward less sun arrives than it tells
     lit *= mix(0.35, 1.0, smoothstep(0.0, 0.75, open));
 
@@ -96,6 +112,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
 
     vec3 sky = skyIrradiance(n);
     colour += (albedo * sky + through * skyIrradiance(-n) * 0.7) / PI * open;
+#endif
     float away = length(p - view.eye_ws.xyz);
     // Jahrmann & Wimmer 2013, section 6.4: a penalty on the material with distance
     if (classAt(pixel) != CLASS_OBJECT) colour *= 1.0 - light.darkening * min(away / light.darkening_m, 1.0);

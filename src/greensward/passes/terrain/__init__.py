@@ -12,6 +12,7 @@ from greensward.gpu.kernels import Draw, Kernel, Mesh
 from greensward.gpu.view import View
 from greensward.ground.rays import MaximumMipmap
 from greensward.passes.gbuffer import GBuffer
+from greensward.sowing import colour_defines
 from greensward.world import World
 
 _CELLS = 96  # per side of a level
@@ -39,13 +40,13 @@ class Terrain:
         vertices, indices, ring = _grid()
         self._corners = ctx.buffer(vertices.tobytes())
         self._full, self._ring = ctx.buffer(indices.tobytes()), ctx.buffer(ring.tobytes())
-        defines = {"TILES": 1} if world.scene.ground.tile else {}
+        tiles = {"TILES": 1} if world.scene.ground.tile else {}
         self._material = FullScreenPass(
             device,
             f"{_FOLDER}/material.glsl",
             ["f1", "f2"],
             stage=stage,
-            defines=defines,
+            defines={**tiles, **colour_defines(world.scene)},
             bindings=world.bindings,
         )
         corners = (self._corners, "2f4", "corner")

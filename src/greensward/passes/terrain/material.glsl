@@ -1,15 +1,13 @@
 // Colour and normal of the ground where it is seen: soil, maps, and the sward where blades end.
 #include "culling/level_of_detail.glsl"
+#include "ground/soil.glsl"
 #include "shaders/gbuffer.glsl"
 
 uniform sampler2D soil;
-uniform sampler2D terrain_map;
 #ifdef TILES
 uniform sampler2DArray tile_soils;  // square roots of colours
 #endif
 
-// A texture without visible tiling: three copies, shifted at random per hexagon and blended with their contrast kept
-// (Heitz & Neyret 2018, "High-Performance By-Example Noise", equation 2; hexagons after Mikkelsen 2022).
 vec3 soilTexel(int tile, vec2 uv, vec2 dx, vec2 dy) {
 #ifdef TILES
     vec3 root = textureGrad(tile_soils, vec3(uv, float(max(tile, 0))), dx, dy).rgb;
@@ -18,33 +16,14 @@ vec3 soilTexel(int tile, vec2 uv, vec2 dx, vec2 dy) {
     return textureGrad(soil, uv, dx, dy).rgb;
 }
 
-// The last tile that a place lies in, -1 where there is none
-int tileAt(vec2 xz) {
-    int tile = -1;
-#ifdef TILES
-    for (int i = 0; i < ground.tiles; i++) {
-        vec4 area = ground.tile_area_m[i];
-        if (all(greaterThanEqual(xz, area.xy)) && all(lessThan(xz, area.zw))) tile = i;
-    }
-#endif
-    return tile;
-}
-
-// Near the anchor the numbers are exact; `hexagon` is where it lies itself
-vec3 untiled(int tile, vec2 uv, vec2 dx, vec2 dy, vec2 anchor, vec2 in_hexagon, ivec2 hexagon) {
-    const mat2 skew = mat2(1.0, 0.0, -0.57735027, 1.15470054);
-    vec2 s = skew * uv * 1.7 + in_hexagon;
-    ivec2 base = ivec2(floor(s)) + hexagon;
-    uv += anchor;
-    vec3 t = vec3(fract(s), 0.0);
-    t.z = 1.0 - t.x - t.y;
-    vec3 w = t.z > 0.0 ? vec3(t.z, t.y, t.x) : vec3(-t.z, 1.0 - t.y, 1.0 - t.x);
-    ivec2 a = t.z > 0.0 ? base : base + ivec2(1, 1);
-    ivec2 b = t.z > 0.0 ? base + ivec2(0, 1) : base + ivec2(1, 0);
-    ivec2 c = t.z > 0.0 ? base + ivec2(1, 0) : base + ivec2(0, 1);
-    vec3 ta = soilTexel(tile, uv + unit(hash3(uvec3(uvec2(a), 1u))).xy, dx, dy);
-    vec3 tb = soilTexel(tile, uv + unit(hash3(uvec3(uvec2(b), 1u))).xy, dx, dy);
-    vec3 tc = soilTexel(tile, uv + unit(hash3(uvec3(uvec2(c), 1u))).xy, dx, dy);
+// Blended with their contrast kept (Heitz & Neyret 2018, equation 2)
+vec3 untiled(int tile, vec2 xz, vec2 dx, vec2 dy) {
+    Hexagons h = hexagonsAt(tile, xz);
+    vec2 uv = soilUv(tile, xz);
+    vec3 w = h.weight;
+    vec3 ta = soilTexel(tile, uv + shiftOf(h.a), dx, dy);
+    vec3 tb = soilTexel(tile, uv + shiftOf(h.b), dx, dy);
+    vec3 tc = soilTexel(tile, uv + shiftOf(h.c), dx, dy);
     vec3 mean = tile < 0 ? ground.soil_mean.rgb : ground.tile_mean[max(tile, 0)].rgb;
     vec3 mixed = w.x * (ta - mean) + w.y * (tb - mean) + w.z * (tc - mean);
     return max(mean + mixed * inversesqrt(dot(w, w)), 0.0);
@@ -64,19 +43,19 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec2 xz = position_ws.xz, world = inWorld(xz);
     float away = distance(position_ws, view.camera_ws.xyz);
     vec3 normal = groundNormal(xz);
-    Sward s = swardAt(xz);
-    vec4 grass = swardColour(xz, s);
+    vec2 right = onPlane(pixel + ivec2(1, 0), position_ws, normal) - xz;
+    vec2 up = onPlane(pixel + ivec2(0, 1), position_ws, normal) - xz;
+    float footprint = length(up);
+    Sward s = swardAt(xz, footprint);
+    vec4 grass = swardColour(xz, s, footprint);
     float grown = s.density * slopeShare(normal.y) * smoothstep(0.0, 40.0, sward.density_per_m2);
     if (sward.count == 0) grown = 0.0;
 
     // Equation 1 of Jahrmann & Wimmer 2013: the terrain map over the tile's texture by its alpha
-    vec2 right = onPlane(pixel + ivec2(1, 0), position_ws, normal) - xz;
-    vec2 up = onPlane(pixel + ivec2(0, 1), position_ws, normal) - xz;
     vec4 map = textureGrad(terrain_map, mapUv(xz), right / ground.size_m, up / ground.size_m);
-    int tile = tileAt(world);
-    float perM = tile < 0 ? ground.soil_per_m : ground.tile_mean[max(tile, 0)].w;
-    vec3 soilHere = tile < 0 ? untiled(tile, xz * perM, right * perM, up * perM, ground.soil_anchor, ground.in_hexagon, ground.hexagon)
-                             : untiled(tile, world * perM, right * perM, up * perM, vec2(0.0), vec2(0.0), ivec2(0));
+    int tile = tileAt(xz);
+    float perM = soilPerM(tile);
+    vec3 soilHere = untiled(tile, xz, right * perM, up * perM);
     vec3 bare = mix(soilHere, map.rgb, map.a);
     bare *= 1.0 + 0.25 * driftAt(world * 1.7, 5003u);
 
@@ -92,7 +71,6 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     float covered = mix(grown, smoothstep(edge - 0.06, edge + 0.06, grown), max(thinned, beyond));
     float turf = covered * clamp(max(0.25 + 0.75 * thinned, beyond), 0.0, 1.0) * sward.grown;
     // tufts, as far as a pixel resolves them
-    float footprint = length(up);
     float mottled = 1.0;
     for (float tufts = 0.13; tufts < 6.0; tufts *= 2.9) {
         float resolved = 1.0 - smoothstep(0.15, 0.6, tufts * footprint);

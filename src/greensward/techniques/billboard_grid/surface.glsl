@@ -15,11 +15,12 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     vec3 p_rs = view.eye_rs.xyz + ray * depth_m, p_ws = view.origin_ws.xyz + p_rs, up = groundNormal(p_ws.xz);
     float away = distance(p_ws, view.camera_ws.xyz), far = smoothstep(8.0, 90.0, away), all = 1.0 / t.colour.a;
     float r = t.rest, q = 2.0 * r * (1.0 - r);
-    vec4 sown = swardColour(p_ws.xz - q * a.v1.xz - r * r * a.v2.xz, Sward(1.0, 1.0, a.dryness));
+    float footprint = view.camera_ws.w * away;
+    vec4 sown = swardColour(p_ws.xz - q * a.v1.xz - r * r * a.v2.xz, Sward(1.0, 1.0, a.dryness), footprint);
     // the drifts of the sward, which the billboards do not know; as elsewhere, contrast fades with distance
     vec3 drifted = t.colour.rgb * all * clamp(sown.rgb / max(mean_material.rgb, vec3(1e-3)), 0.2, 12.0);
     // tufts, as far as a pixel resolves them: among several billboards those of each are lost
-    float footprint = view.camera_ws.w * away, mottled = 1.0;
+    float mottled = 1.0;
     for (float tufts = 0.9; tufts < 12.0; tufts *= 3.1) {
         float resolved = smoothstep(0.0, 6.0, away) * (1.0 - smoothstep(0.15, 0.6, tufts * footprint));
         if (resolved > 0.0) mottled += 0.22 * resolved * simplex(inWorld(p_ws.xz) * tufts, 177u + uint(tufts * 100.0));

@@ -68,6 +68,9 @@ void bentAt(vec3 root, float tall, float time_s, out vec3 v1, out vec3 v2) {
                     0.01, packSnorm2x16(octahedralEncode(vec3(0.0, 1.0, 0.0))), mean_blade.x, 0u, 0x80000000u);
     float neighbours = simplex(2.3 * inWorld(root.xz), 71u);
     Air air = windAt(root, neighbours, time_s);
+#ifdef MASS
+    air = forced(air, motion.mean_mass);
+#endif
     if (FORM == NATURAL) {
         vec3 off;
         float swing = 3.5 * inversesqrt(max(tall, 0.02)) * time_s + 5.0 * neighbours + 2.0 * simplex(9.1 * inWorld(root.xz), 73u);
@@ -114,7 +117,7 @@ vec2 shareAt(vec3 p_ws, Around a) {
     far *= farFade(away);
 #endif
     bool outside = ground.beyond == 1 && any(greaterThan(abs(inWorld(p_ws.xz)), 0.5 * ground.size_m));
-    return vec2(outside ? 0.0 : a.dense * map.r * far, map.b);
+    return vec2(outside ? 0.0 : a.dense * map.r * greenAt(p_ws.xz, 0.5 * spacing_m) * far, map.b);
 }
 
 float groundUnderneath(vec2 xz) {

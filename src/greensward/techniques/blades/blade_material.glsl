@@ -1,4 +1,4 @@
-// Material of a blade, from its species, its own variation and the vegetation map.
+// Material of a blade, from its species, its own variation and the place.
 #include "techniques/blades/leaf.glsl"
 #include "techniques/blades/material.glsl"
 
@@ -22,7 +22,7 @@ Material materialOf(Blade b, BladeBounds h, bool on_ground) {
     int kind = bladeSpecies(b);
     vec3 up = bladeUp(b), toViewer = toViewerFrom(h.middle), shade = shadeOf(b), root, tip;
     bladeColours(b, shade, root, tip);
-    vec4 map = on_ground ? textureLod(vegetation_map, mapUv(bladeRoot(b).xz), 0.0) : vec4(0.0);
+    vec4 map = on_ground ? paintedAt(bladeRoot(b).xz, 0.0) : vec4(0.0);
     root = mix(root, shade * map.rgb * 0.6, map.a);
     tip = mix(tip, shade * map.rgb, map.a);
     // far blades stand for many: their contrast fades towards what those would show together

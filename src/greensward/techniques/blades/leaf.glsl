@@ -19,10 +19,10 @@ vec3 toViewerFrom(vec3 point) { return normalize(view.eye_rs.xyz - point * view.
 // reaches exactly 0 there, so that leaving out the blade changes nothing.
 float edgeOnFade(float alignment, float limit) { return 1.0 - smoothstep(limit - FADE, limit, alignment); }
 
-// The up of what it grows on. On the ground a blade's own is turned from the vertical towards that by about a third.
+// The up of what it grows on. On the ground a blade's own is turned from the vertical towards that, by a part of the way.
 vec3 groundUnder(Blade b) {
     vec3 up = bladeUp(b);
-    return isOnObject(b) ? up : normalize(vec3(2.86, 1.0, 2.86) * up);
+    return isOnObject(b) ? up : normalize(vec3(sward.towards_normal, 1.0, sward.towards_normal) * up);
 }
 
 float coverageOf(Blade b, BladeBounds h) {

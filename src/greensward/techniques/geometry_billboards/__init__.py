@@ -15,6 +15,7 @@ from greensward.gpu.layouts import BlockBuffer
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.scene import Scene
+from greensward.sowing import colour_defines
 from greensward.sowing.growth import GROWTH_BLOCK, curve_rows, phase_at
 from greensward.sowing.identity import Ids
 from greensward.sowing.pattern import pattern_of
@@ -57,7 +58,13 @@ class GeometryBillboards:
         bindings |= {**pictures.bindings, "Leaf": self._leaf, "Growth": self._growth}
         self._blades = {purpose: self._blade_draw(bindings, purpose) for purpose in ("picture", "shadow")}
         mesh = Mesh(((self._tiles.buffer, *_OF_A_TILE),))
-        self._flat = Draw(device, *_FLAT, defines=distance_defines(scene.culling), bindings=bindings, meshes=[mesh])
+        self._flat = Draw(
+            device,
+            *_FLAT,
+            defines={**distance_defines(scene.culling), **colour_defines(scene)},
+            bindings=bindings,
+            meshes=[mesh],
+        )
         self._flat.set(tile_m=tile_edge_m(scene, settings), tile_painted=settings.tile_texture is not None)
         for draw in self._blades.values():
             draw.set(**self._uniforms(scene), painted=pictures.painted)
@@ -72,7 +79,7 @@ class GeometryBillboards:
     def _blade_draw(self, bindings: Bindings, purpose: str) -> Draw:
         assert self._tiles
         scene, settings = self._world.scene, self._settings
-        defines = {**distance_defines(scene.culling), **motion_defines(scene)}
+        defines = {**distance_defines(scene.culling), **motion_defines(scene), **colour_defines(scene)}
         defines["VERTICES"] = 2 * max(settings.segments) + 2
         flags = {
             "SHADOW": purpose == "shadow",

@@ -78,7 +78,7 @@ void colour(Blade b, float away) {
     vec3 root = shade * mix(species(kind, ROOT).rgb, dry * 0.55, smoothstep(0.35, 1.0, bladeDryness(b)));
     vec3 tip = shade * mix(species(kind, TIP).rgb, dry, bladeDryness(b));
     dry *= shade;
-    vec4 map = textureLod(vegetation_map, mapUv(bladeRoot(b).xz), 0.0);
+    vec4 map = paintedAt(bladeRoot(b).xz, 0.0);
     root = mix(root, shade * map.rgb * 0.6, map.a);
     tip = mix(tip, shade * map.rgb, map.a);
     dry = mix(dry, shade * map.rgb, map.a);

@@ -28,9 +28,9 @@ void main() {
     vec2 place = (vec2(tile) + corner) * edge_m - ground.anchor_m;
     // whole tiles left out, for precision far from the origin
     uv = (vec2(tile & 1023) + corner) * (edge_m / tile_m);
-    Sward s = swardAt(place);
+    Sward s = swardAt(place, edge_m);
     float share = s.density * slopeShare(up.y);
-    material = swardColour(place, s);
+    material = swardColour(place, s, edge_m);
     cover = 1.0 - exp(-occludingLayers(sward.density_per_m2 * sward.blade_m.x * share * s.height, -dot(away, up) / length(away), view.camera_ws.w * length(away)));
     up_ws = up;
     bladeNumber = number + 1u;
