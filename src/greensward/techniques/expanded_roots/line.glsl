@@ -1,0 +1,44 @@
+// The middle line of a blade: its trajectory, bent as its control point and tip are.
+#include "shaders/blade.glsl"
+#include "shaders/bezier.glsl"
+#include "shaders/hash.glsl"
+#include "techniques/expanded_roots/trajectory.glsl"
+
+uniform vec4 launch;      // speed, gravity, interval of the finest level, time to the tip
+uniform vec2 angles;      // least and greatest; below 0 where the blade tells it
+uniform int intervals;    // at the finest level
+
+const float UPRIGHT = 1.53588974;  // 88 degrees
+const float LOWEST = 0.17453293;
+const float CLEARANCE = 0.06;
+
+float launchAngle(Blade b, vec3 up, vec3 front) {
+    if (angles.x >= 0.0) return mix(angles.x, angles.y, unit(hash3(uvec3(b.chance >> 16u, b.flags, 5u))).x);
+    vec3 first = bladeControl(b) - bladeRoot(b);
+    return clamp(atan(dot(first, up), dot(first, front)), LOWEST, UPRIGHT);
+}
+
+// Points from the root, evenly spaced in time over the whole flight at every level. `control` and `tip` are where the
+// blade's own are now: the line moves with them, and each part of it keeps its length.
+void lineOf(Blade b, vec3 control, vec3 tip, int count, out vec3 line[LINE]) {
+    vec3 up = bladeUp(b), front, side;
+    bladeFrame(up, b.facing, front, side);
+    float angle = launchAngle(b, up, front), size = b.height / flightLength(launch.x, angle, launch.y, launch.z, intervals);
+    vec3 bend = control - bladeControl(b) + bladeRoot(b), bendTip = tip - bladeTip(b) + bladeRoot(b);
+    vec3 rest = vec3(0.0), moved = vec3(0.0);
+    line[0] = vec3(0.0);
+    for (int i = 1; i < count; i++) {
+        float s = float(i) / float(count - 1);
+        if (hasHead(b)) {  // which sits on the tip
+            line[i] = bezierPoint(vec3(0.0), control, tip, s);
+            continue;
+        }
+        vec2 p = size * particleAt(launch.x, angle, launch.y, s * launch.w);
+        vec3 nextRest = p.x * front + p.y * up, next = nextRest + 2.0 * s * (1.0 - s) * bend + s * s * bendTip;
+        vec3 part = next - moved;
+        line[i] = line[i - 1] + part * (distance(nextRest, rest) / max(length(part), 1e-6));
+        line[i] += up * max(CLEARANCE * s * b.height - dot(line[i], up), 0.0);
+        rest = nextRest;
+        moved = next;
+    }
+}

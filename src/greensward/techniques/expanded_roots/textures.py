@@ -1,0 +1,121 @@
+"""Roots of the field in textures, one array of them for each page: written where tiles are new or have changed."""
+
+import math
+from dataclasses import dataclass, field
+
+import moderngl
+import numpy as np
+import numpy.typing as npt
+
+from greensward.gpu.buffers import at_least, release_all, upload
+from greensward.gpu.device import IMAGES_WRITTEN, Device
+from greensward.gpu.kernels import Kernel, grid
+from greensward.gpu.layouts import struct
+from greensward.gpu.memory import available_bytes
+from greensward.scene import InputError
+from greensward.sowing import Page
+from greensward.sowing.pages import Tiles, starts
+from greensward.world import FrameTime, World
+
+_RUN = struct("RootRun", ("before", "uint"), ("first", "uint"), ("count", "uint"))
+_VALUES = 4  # layers of a root's values, 16 bytes each; its neighbours are one more
+_TEXEL = 16
+
+
+@dataclass
+class _Filled:
+    """The array of a page, and the serial numbers of the tiles that it holds."""
+
+    texture: moderngl.TextureArray
+    tiles: Tiles | None = None
+    serials: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    time_s: float = math.nan
+
+
+def size_of(roots: int, most_px: int) -> tuple[int, int]:
+    """Columns and rows of textures that hold so many roots, none beyond the driver's limit. Raises `InputError`."""
+    if roots > most_px * most_px:
+        raise InputError(
+            f'technique.storage: must be "vertex-buffer" for more than {most_px * most_px:,} roots, as textures of '
+            f"{most_px:,} pixels a side hold no more (got {roots:,}); or lower sowing.density_per_m2"
+        )
+    columns = min(max(roots, 1), most_px)
+    return columns, -(-max(roots, 1) // columns)
+
+
+class RootTextures:
+    """Arrays of textures with the roots of every page of the field, by the number of a root in its page."""
+
+    def __init__(self, device: Device, world: World, neighbours: bool) -> None:
+        self._device, self._world = device, world
+        self._layers = _VALUES + neighbours
+        self._fill = Kernel(device, "techniques/expanded_roots/fill.comp", {"NEIGHBOURS": 1} if neighbours else {})
+        self._runs = device.ctx.buffer(reserve=_RUN.dtype.itemsize)
+        self._filled: dict[Page, _Filled] = {}
+
+    def of(self, page: Page) -> moderngl.TextureArray:
+        """The array of a page."""
+        return self._filled[page].texture
+
+    def update(self, frame: FrameTime) -> None:
+        """Write the tiles that have come since the last frame, and those that grow or move with an object."""
+        pages = self._world.field.pages
+        for page in [each for each in self._filled if each not in pages]:
+            self._filled.pop(page).texture.release()
+        wrote = False
+        for page in pages:
+            if page not in self._filled:
+                self._filled[page] = _Filled(self._array(page))
+            wrote |= self._write(page, self._filled[page], frame.time_s)
+        if wrote:
+            self._device.ctx.memory_barrier(IMAGES_WRITTEN)
+
+    def _array(self, page: Page) -> moderngl.TextureArray:
+        columns, rows = size_of(page.capacity, self._device.limits.texture_px)
+        needed, free = columns * rows * self._layers * _TEXEL, available_bytes(self._device)
+        if needed > free:
+            raise InputError(
+                f'technique.storage: must be "vertex-buffer" here: the textures of {page.capacity / 1e6:,.1f} million '
+                f"roots need {needed / 2**30:,.1f} GiB, and this device can give {free / 2**30:,.1f} GiB"
+            )
+        texture = self._device.ctx.texture_array((columns, rows, self._layers), 4, dtype="u4")
+        texture.filter = moderngl.NEAREST, moderngl.NEAREST
+        return texture
+
+    def _changes(self, page: Page) -> bool:
+        index = page.object_index
+        moves = index is not None and self._world.placing.moving[index]
+        return self._world.scene.growth is not None or bool(moves)
+
+    def _write(self, page: Page, filled: _Filled, time_s: float) -> bool:
+        tiles = page.tiles
+        stays = np.isin(tiles.serial, filled.serials)
+        if self._changes(page) and filled.time_s != time_s:
+            stays[:] = False
+        elif tiles is filled.tiles:
+            return False
+        filled.tiles, filled.serials, filled.time_s = tiles, tiles.serial, time_s
+        first, count = tiles.start[~stays], tiles.up_to[~stays, 7]
+        total = int(count.sum())
+        if not total:
+            return False
+        some = count > 0
+        runs = np.empty(int(some.sum()), _RUN.dtype)
+        runs["before"], runs["first"], runs["count"] = starts(count)[some], first[some], count[some]
+        self._runs = at_least(self._device, self._runs, runs.nbytes)
+        upload(self._runs, runs)
+        self._fill.run(
+            grid(-(-total // self._fill.group[0])),
+            Blades=page.blades,
+            Runs=self._runs,
+            roots_image=filled.texture,
+            run_count=len(runs),
+            root_count=total,
+            texture_width=filled.texture.width,
+        )
+        return True
+
+    def release(self) -> None:
+        """Free textures, buffer and program."""
+        release_all(self._fill, self._runs, *(each.texture for each in self._filled.values()))
+        self._filled.clear()
