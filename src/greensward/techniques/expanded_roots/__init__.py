@@ -105,7 +105,6 @@ class ExpandedRoots:
 
     def _uniforms(self) -> dict[str, object]:
         settings = self._settings
-        angles = tuple(math.radians(angle) for angle in settings.angle_deg) if settings.angle_deg else (-1.0, -1.0)
         return {
             "levels_m": settings.levels_m,
             "fade": settings.fade,
@@ -113,7 +112,7 @@ class ExpandedRoots:
             "broader": tuple(self._area(settings.points[0]) / self._area(count) for count in settings.points),
             "widths": (settings.root_width, settings.top_width),
             "launch": (settings.speed_mps, settings.gravity_mps2, settings.interval_s, settings.flight_s),
-            "angles": angles,
+            "angles": tuple(map(math.radians, settings.angle_deg)),
             "intervals": settings.points[0] // 2,
             "ids_of_each": MOST_BLADES // (1 + settings.extra_blades),
         }

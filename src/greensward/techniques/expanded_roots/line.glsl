@@ -5,25 +5,19 @@
 #include "techniques/expanded_roots/trajectory.glsl"
 
 uniform vec4 launch;      // speed, gravity, interval of the finest level, time to the tip
-uniform vec2 angles;      // least and greatest; below 0 where the blade tells it
+uniform vec2 angles;      // least and greatest
 uniform int intervals;    // at the finest level
 
-const float UPRIGHT = 1.53588974;  // 88 degrees
-const float LOWEST = 0.17453293;
-const float CLEARANCE = 0.06;
+const float CLEARANCE = 0.06;  // of the height, that the tip keeps off the ground
 
-float launchAngle(Blade b, vec3 up, vec3 front) {
-    if (angles.x >= 0.0) return mix(angles.x, angles.y, unit(hash3(uvec3(b.chance >> 16u, b.flags, 5u))).x);
-    vec3 first = bladeControl(b) - bladeRoot(b);
-    return clamp(atan(dot(first, up), dot(first, front)), LOWEST, UPRIGHT);
-}
+float launchAngle(Blade b) { return mix(angles.x, angles.y, unit(hash3(uvec3(b.chance >> 16u, b.flags, 5u))).x); }
 
 // Points from the root, evenly spaced in time over the whole flight at every level. `control` and `tip` are where the
 // blade's own are now: the line moves with them, and each part of it keeps its length.
 void lineOf(Blade b, vec3 control, vec3 tip, int count, out vec3 line[LINE]) {
     vec3 up = bladeUp(b), front, side;
     bladeFrame(up, b.facing, front, side);
-    float angle = launchAngle(b, up, front), size = b.height / flightLength(launch.x, angle, launch.y, launch.z, intervals);
+    float angle = launchAngle(b), size = b.height / flightLength(launch.x, angle, launch.y, launch.z, intervals);
     vec3 bend = control - bladeControl(b) + bladeRoot(b), bendTip = tip - bladeTip(b) + bladeRoot(b);
     vec3 rest = vec3(0.0), moved = vec3(0.0);
     line[0] = vec3(0.0);

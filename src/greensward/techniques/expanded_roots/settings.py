@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from greensward.scene.base import Count, Number, OptionalRange, Triple, default
+from greensward.scene.base import Count, Number, Range, Triple, default
 from greensward.techniques.blades.leaf import ThinSettings
 
 MOST_EXTRA = 8
@@ -49,12 +49,11 @@ class RootSettings(ThinSettings):
     """Vertices of a blade's outline, by level: two for each point of the trajectory but the last, the tip."""
     speed_mps: Number = Field(2.0, gt=0, le=1000)
     """Launch speed of the particle whose trajectory is the middle line of a blade, scaled to the blade's length."""
-    angle_deg: OptionalRange[_Angle] = default(None)
-    """Launch angle above the ground, from the least to the greatest of all blades. Without it, that of each blade as
-    it was sown."""
+    angle_deg: Range[_Angle] = default((48.0, 84.0))
+    """Launch angle above the ground, from the least to the greatest of all blades."""
     gravity_mps2: Number = Field(9.81, ge=0, le=1000)
     """Gravity on the particle."""
-    interval_s: Number = Field(0.05, gt=0, le=1000)
+    interval_s: Number = Field(0.06, gt=0, le=1000)
     """Time between two points of the trajectory, at the finest level."""
     root_width: Number = Field(1.0, ge=0, le=10)
     """Width at the root, in widths of the species."""
@@ -68,7 +67,7 @@ class RootSettings(ThinSettings):
 
     @model_validator(mode="after")
     def _leaves_the_ground(self) -> Self:
-        angle = self.angle_deg[0] if self.angle_deg else 90.0
+        angle = self.angle_deg[0]
         rise = self.speed_mps * math.sin(math.radians(angle)) * self.flight_s
         tip = rise - 0.5 * self.gravity_mps2 * self.flight_s**2
         if tip <= 0.0:
