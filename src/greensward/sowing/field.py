@@ -31,13 +31,15 @@ _FIX = "lower sowing.density_per_m2, sowing.full_density_m or sowing.reach_m"
 class Field:
     """All blades within reach of a focus, thinned with distance from it, and those of all objects.
 
-    Any prefix of a tile is a fair sample of it.
+    Any prefix of a tile is a fair sample of it. The bounds of tiles leave room for what is drawn `beside` blades, in mean
+    distances between them.
     """
 
-    def __init__(self, device: Device, scene: Scene, ground: GroundGpu) -> None:
+    def __init__(self, device: Device, scene: Scene, ground: GroundGpu, beside: float = 0.0) -> None:
         self._device = device
         self._scene = scene
         self._ground = ground
+        self._beside = beside
         self._on_objects: list[Page] = []
         self.unstored: UnstoredPage | None = None
         """Blades of the ground beyond `sowing.stored_m`, if any."""
@@ -146,7 +148,7 @@ class Field:
         while self._to_sow:
             grassy = self._to_sow.pop(0)
             self._on_objects += sow_object(
-                self._device, sower, grassy, self._page_blades, self.tallest_m, self._next_id()
+                self._device, sower, grassy, self._page_blades, self._margin_m(grassy.density_per_m2), self._next_id()
             )
         sower.release()
 
@@ -230,6 +232,10 @@ class Field:
                 f"(got about {blades / 1e6:,.0f} million); {fix}"
             )
 
+    def _margin_m(self, density_per_m2: float) -> float:
+        """How far from the root of a blade anything is drawn; as far beside it the land is no steeper than 2 to 1."""
+        return self.tallest_m + 2.0 * self._beside / float(np.sqrt(density_per_m2))
+
     def _bounds(self, tiles: Table) -> tuple[Floats, Floats, Floats]:
         sowing = self._scene.sowing
         size = leaf_edge_m(sowing.density_per_m2) * 2.0 ** tiles["level"]
@@ -237,11 +243,12 @@ class Field:
         low, high = np.empty((len(tiles), 3)), np.empty((len(tiles), 3))
         low[:, 1], high[:, 1] = self._ground.heights.height_range(x0, z0, size)
         # clumps pull roots, and blades lean, across the edge of a tile
-        margin = self.tallest_m + 0.5 * sowing.clump_m
+        rise = self._margin_m(sowing.density_per_m2)
+        margin = rise + 0.5 * sowing.clump_m
         low[:, 0], high[:, 0] = x0 - margin, x0 + size + margin
         low[:, 2], high[:, 2] = z0 - margin, z0 + size + margin
-        low[:, 1] -= self.tallest_m
-        high[:, 1] += self.tallest_m
+        low[:, 1] -= rise
+        high[:, 1] += rise
         return low, high, tiles["candidates"] / (sowing.density_per_m2 * size * size)
 
     @property

@@ -65,9 +65,9 @@ class ExpandedRoots:
         self._parts: dict[View, list[_Part]] = {}
 
     @staticmethod
-    def needs(settings: RootSettings) -> Needs:  # noqa: ARG004
-        """Stored blades: each is a root."""
-        return Needs()
+    def needs(settings: RootSettings) -> Needs:
+        """Stored blades: each is a root, with others beside it."""
+        return Needs(beside=0.57 if settings.extra_blades else 0.0)
 
     def _make_draws(self) -> None:
         """Draws whose vertices are the roots of each page."""

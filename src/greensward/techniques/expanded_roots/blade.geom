@@ -64,13 +64,16 @@ struct Moved { vec3 control, tip, controlBefore, tipBefore; };
 #include "techniques/expanded_roots/spread.glsl"
 
 #ifdef TEXTURES
-Blade neighbour(uint root, Blade b, vec3 first, vec3 second, vec3 normal, out vec3 place) {
-    place = vec3(0.0);
-    if (root == NONE) return b;
-    Blade other = rootAt(root);
-    vec3 away = bladeRoot(other) - bladeRoot(b);
-    place = vec3(dot(away, first), dot(away, second), dot(away, normal));
-    return other;
+// A neighbour as a root's frame has it: where it is, and how the land around it rises there
+struct Neighbour { Blade blade; vec2 at; float above; vec2 slope; };
+
+Neighbour neighbourOf(Blade b, uint other, mat3 frame) {
+    if (other == NONE) return Neighbour(b, vec2(0.0), 0.0, vec2(0.0));
+    Blade n = rootAt(other);
+    vec3 normal, first, second;
+    groundAround(n, normal, first, second);
+    vec3 place = (bladeRoot(n) - bladeRoot(b)) * frame, up = normal * frame;
+    return Neighbour(n, place.xy, place.z, -up.xy / max(up.z, 0.2));
 }
 #endif
 
@@ -86,13 +89,13 @@ void standBeside(int k, inout Blade b, inout Moved m) {
 #ifdef TEXTURES
     uvec4 around = valuesOf(number[0], 4);
     int quadrant = quadrantOf(at);
-    vec3 placeA, placeB;
-    Blade a = neighbour(around[quadrant], own, first, second, normal, placeA);
-    bool after = placeA.x * at.y - placeA.y * at.x >= 0.0;
-    Blade c = neighbour(around[(quadrant + (after ? 1 : 3)) & 3], own, first, second, normal, placeB);
-    vec2 parts = partsBetween(at, placeA.xy, placeB.xy);
-    moved += (parts.x * placeA.z + parts.y * placeB.z) * normal;
-    blend(b, own, a, c, parts);
+    mat3 frame = mat3(first, second, normal);
+    Neighbour a = neighbourOf(own, around[quadrant], frame);
+    bool after = a.at.x * at.y - a.at.y * at.x >= 0.0;
+    Neighbour c = neighbourOf(own, around[(quadrant + (after ? 1 : 3)) & 3], frame);
+    vec2 parts = partsBetween(at, a.at, c.at);
+    moved += (parts.x * heightFrom(at, a.at, a.above, a.slope) + parts.y * heightFrom(at, c.at, c.above, c.slope)) * normal;
+    blend(b, own, a.blade, c.blade, parts);
 #endif
     vary(b, own, moved, random, bits.z);
     float longer = b.height / max(own.height, 1e-6);

@@ -20,3 +20,8 @@ vec2 partsOf(vec2 place, vec2 a, vec2 b) {
     parts = max(parts, 0.0);
     return parts / max(parts.x + parts.y, 1.0);
 }
+
+// What a neighbour says of the height at a place: halfway between its own height and its plane there. The sum of all three by
+// their parts is exact where the land is curved alike everywhere: heights alone would leave out what is between them, and
+// planes alone would add it twice.
+float heightFrom(vec2 place, vec2 neighbour, float above, vec2 slope) { return above + 0.5 * dot(slope, place - neighbour); }

@@ -24,7 +24,9 @@ RootRun runAt(uint number) {
 }
 
 #ifdef NEIGHBOURS
-const uint WINDOW = 256u;  // roots that are looked at: those that follow in the tile, any run of which is a fair sample of it
+// Roots that are looked at: those that follow in the tile, any run of which is a fair sample of it
+const uint WINDOW = 2048u;
+const float STEEPEST = 2.0;  // beyond that another side of an object
 
 vec3 placeOf(uint root) { return vec3(blades[root].x, blades[root].y, blades[root].z); }
 
@@ -41,6 +43,8 @@ uvec4 neighboursOf(Blade b, uint within, RootRun run) {
         int quadrant = quadrantOf(place);
         float far = dot(place, place);
         if (far >= nearest[quadrant] || far == 0.0) continue;
+        float above = dot(away, normal);
+        if (above * above > STEEPEST * STEEPEST * far) continue;
         nearest[quadrant] = far;
         found[quadrant] = other;
     }

@@ -18,9 +18,17 @@ Blade rootOf(uvec4 a, uvec4 b, uvec4 c, uvec4 d) {
 // Section 2.1.2: one-dimensional arrays, here folded into rows where they are longer than a texture is wide
 ivec2 texelOf(uint root, int width) { return ivec2(int(root) % width, int(root) / width); }
 
-// The ground around a root: its normal and two directions along it. A blade's own up lies between the vertical and that.
+// Of the ground, by the up of a blade, which sowing/ground_blade.glsl turns from the vertical to the normal by this part
+const float TURNED_BY = 0.35;
+
+vec3 normalUnder(vec3 up) {
+    const float KEPT = 1.0 - TURNED_BY;
+    float along = KEPT * up.y + sqrt(max(KEPT * KEPT * up.y * up.y - KEPT * KEPT + TURNED_BY * TURNED_BY, 0.0));
+    return normalize(along * up - vec3(0.0, KEPT, 0.0));
+}
+
+// The surface around a root: its normal and two directions along it
 void groundAround(Blade b, out vec3 normal, out vec3 first, out vec3 second) {
-    normal = bladeUp(b);
-    if (!isOnObject(b)) normal = normalize(vec3(2.86, 1.0, 2.86) * normal);
+    normal = isOnObject(b) ? bladeUp(b) : normalUnder(bladeUp(b));
     bladeFrame(normal, 0.0, first, second);
 }
