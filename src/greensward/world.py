@@ -47,9 +47,9 @@ class FrameTime:
 class World:
     """Ground, field, objects and motion of a scene on one device.
 
-    Without `sown` the field stays empty, for a technique that brings blades of its own; `beside` is how far from a blade
-    of the field it draws others, in mean distances between blades. Full-screen passes run in
-    `stage`. `bindings` takes what shaders of the frame share, by name.
+    Without `sown` the field stays empty, for a technique that brings blades of its own; `beside` is how far from a
+    blade of the field it draws others, in mean distances between blades. Full-screen passes run in `stage`.
+    `bindings` takes what shaders of the frame share, by name.
     """
 
     def __init__(

@@ -47,10 +47,14 @@ def test_a_preset_is_measured_as_it_ships_by_a_camera_that_stands_and_by_one_tha
 
 @pytest.mark.slow
 def test_variants_are_measured_side_by_side():
-    names = tuple(f"expanded-roots[storage={storage},extra_blades=1]" for storage in ("vertex-buffer", "texture-array"))
+    names = tuple(
+        f"expanded-roots[storage={storage},extra_blades=1]" for storage in ("vertex-buffer", "texture-array")
+    )
     result = run(wanted("tillman2013-extra-blades", techniques=(*names, "visibility-buffer"), sizes=((16, 9),)))
     assert not result.machine["skipped"]
-    assert [row["technique"] for row in result.rows] == [name for name in (*names, "visibility-buffer") for _ in range(3)]
+    assert [row["technique"] for row in result.rows] == [
+        name for name in (*names, "visibility-buffer") for _ in range(3)
+    ]
 
 
 def test_what_takes_long_is_said():

@@ -140,12 +140,21 @@ def test_a_variant_keeps_what_a_scene_says_of_its_technique():
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("expanded-roots[storage=buffers]", r"--techniques: expanded-roots: storage: must be one of vertex-buffer, tex"),
-        ("expanded-roots[extra_blades=9]", r"--techniques: expanded-roots: extra_blades: must be at most 8 \(got 9\)"),
+        (
+            "expanded-roots[storage=buffers]",
+            r"--techniques: expanded-roots: storage: must be one of vertex-buffer, tex",
+        ),
+        (
+            "expanded-roots[extra_blades=9]",
+            r"--techniques: expanded-roots: extra_blades: must be at most 8 \(got 9\)",
+        ),
         ("expanded-roots[storag=x]", r"--techniques: expanded-roots: storag: unknown key; did you mean storage\?"),
         ("expanded-roots[storage]", r"--techniques: must be a name, or name\[setting=value\] such as .*\(got"),
         ("expanded-roots[fade=0", r"--techniques: must be a name, or name\[setting=value\]"),
-        ("expanded-rots[fade=0]", r"--techniques: must be one of .*\(got \"expanded-rots\"\); did you mean expanded-roots"),
+        (
+            "expanded-rots[fade=0]",
+            r"--techniques: must be one of .*\(got \"expanded-rots\"\); did you mean expanded-roots",
+        ),
         ("instanced-strips[fade=0]", r"--techniques: instanced-strips has no settings .*; leave out the brackets"),
     ],
 )

@@ -32,7 +32,12 @@ def test_the_workloads_are_listed(bench):
 
 
 def test_a_run_writes_json_and_report(bench, tmp_path):
-    asked = ("habel2007-half-screen", "--techniques", "visibility-buffer,expanded-roots[extra_blades=2,fade=0.5]", *TOY)
+    asked = (
+        "habel2007-half-screen",
+        "--techniques",
+        "visibility-buffer,expanded-roots[extra_blades=2,fade=0.5]",
+        *TOY,
+    )
     code, out, err = bench(*asked, "--json", "a.json", "--report", "told/here")
     assert code == 0
     assert out == "told/here: habel2007-half-screen.webp, report.html, report.md\n"
@@ -40,7 +45,10 @@ def test_a_run_writes_json_and_report(bench, tmp_path):
     kept = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
     assert list(kept) == ["machine", "rows"]
     assert kept["machine"]["incomplete"] is None
-    assert [row["technique"] for row in kept["rows"]] == ["visibility-buffer", "expanded-roots[extra_blades=2,fade=0.5]"]
+    assert [row["technique"] for row in kept["rows"]] == [
+        "visibility-buffer",
+        "expanded-roots[extra_blades=2,fade=0.5]",
+    ]
 
     code, out, err = bench("--from", "a.json")
     assert (code, err) == (0, "")

@@ -198,7 +198,7 @@ def _table1() -> tuple[Case, ...]:
 
 
 def _thesis_field(roots: int, blades: int = 1) -> Scene:
-    """Roots as the thesis sent them, of so many blades each: its counts fit 25 blades on each square metre of a square."""
+    """Roots as the thesis sent them, of so many blades each: its counts fit 25 blades on each square metre."""
     edge_m = sqrt(roots * blades) / 5.0
     return Scene.model_validate(
         {

@@ -109,9 +109,8 @@ def bench(
     if listing:
         _list()
         return
-    from greensward.scene.errors import InputError
-
     from greensward.bench.variants import split_names
+    from greensward.scene.errors import InputError
 
     named = _names(workloads), split_names(techniques or ()), _sizes(sizes)
     if compare and (source or json_file or report):

@@ -31,8 +31,8 @@ _FIX = "lower sowing.density_per_m2, sowing.full_density_m or sowing.reach_m"
 class Field:
     """All blades within reach of a focus, thinned with distance from it, and those of all objects.
 
-    Any prefix of a tile is a fair sample of it. The bounds of tiles leave room for what is drawn `beside` blades, in mean
-    distances between them.
+    Any prefix of a tile is a fair sample of it. The bounds of tiles leave room for what is drawn `beside` blades, in
+    mean distances between them.
     """
 
     def __init__(self, device: Device, scene: Scene, ground: GroundGpu, beside: float = 0.0) -> None:

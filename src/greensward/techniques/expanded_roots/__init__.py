@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from operator import is_not
 from typing import ClassVar
 
 import moderngl
@@ -44,8 +45,8 @@ class ExpandedRoots:
 
     name: ClassVar[str] = "expanded-roots"
     source: ClassVar[str] = (
-        "Tillman 2013, bachelor thesis, Blekinge Institute of Technology: individual grass blades with geometry, from "
-        "vertex buffers and from texture arrays"
+        "Tillman 2013, bachelor thesis, Blekinge Institute of Technology: individual grass blades with geometry, "
+        "from vertex buffers and from texture arrays"
     )
     Settings: ClassVar[type[BaseModel]] = RootSettings
 
@@ -85,9 +86,7 @@ class ExpandedRoots:
     def _defines(self, purpose: str) -> dict[str, object]:
         settings, world = self._settings, self._world
         blades = 1 + settings.extra_blades
-        defines: dict[str, object] = dict(
-            test_defines(world.scene.culling, purpose, world.depth_pyramid is not None)
-        )
+        defines: dict[str, object] = dict(test_defines(world.scene.culling, purpose, world.depth_pyramid is not None))
         own = settings.expansion == "invocations" and blades > 1
         if own:
             defines["INVOCATIONS"] = blades
@@ -125,14 +124,15 @@ class ExpandedRoots:
 
     def update(self, frame: FrameTime) -> None:
         """Take over tiles that have come, and list those that each view may show if that has changed."""
-        if any(map(_differ, self._world.field.pages, self._pages)) or len(self._pages) != len(self._world.field.pages):
+        pages = self._world.field.pages
+        if len(pages) != len(self._pages) or any(map(is_not, pages, self._pages)):
             self._refuse_ids()
             self._make_draws()
         if self._textures:
             self._textures.update(frame)
         visible = self._world.visible
         shown = {view: visible.of(view) for view in frame.views}
-        if shown.keys() != self._shown.keys() or any(map(_differ, shown.values(), self._shown.values())):
+        if shown.keys() != self._shown.keys() or any(map(is_not, shown.values(), self._shown.values())):
             self._shown = dict(shown)
             self._list(frame.views)
 
@@ -141,8 +141,8 @@ class ExpandedRoots:
         roots = sum(page.capacity for page in self._world.field.pages)
         if roots > most:
             raise InputError(
-                f"technique.extra_blades: must leave an id for each blade, of {most:,} roots at most (got {roots:,}); "
-                "lower it, sowing.density_per_m2 or sowing.reach_m"
+                f"technique.extra_blades: must leave an id for each blade, of {most:,} roots at most "
+                f"(got {roots:,}); lower it, sowing.density_per_m2 or sowing.reach_m"
             )
 
     def _list(self, views: tuple[View, ...]) -> None:
@@ -210,10 +210,6 @@ class ExpandedRoots:
         release_all(*self._draws.values(), self._leaf, self._drawn, self._commands)
         if self._textures:
             self._textures.release()
-
-
-def _differ(one: object, other: object) -> bool:
-    return one is not other
 
 
 def _commands(shown: DrawList, page: Page, view: View, outer_m: float) -> np.ndarray:

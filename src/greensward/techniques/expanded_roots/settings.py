@@ -43,9 +43,9 @@ class RootSettings(ThinSettings):
     drawn."""
     fade: Number = Field(0.2, ge=0, le=1)
     """Part of the last of `levels_m` over which blades shrink; at 0 they end at once."""
-    points: Annotated[
-        Triple[Annotated[Count, Field(ge=3, le=MOST_POINTS)]], AfterValidator(_outlines)
-    ] = default((7, 5, 3))
+    points: Annotated[Triple[Annotated[Count, Field(ge=3, le=MOST_POINTS)]], AfterValidator(_outlines)] = default(
+        (7, 5, 3)
+    )
     """Vertices of a blade's outline, by level: two for each point of the trajectory but the last, the tip."""
     speed_mps: Number = Field(2.0, gt=0, le=1000)
     """Launch speed of the particle whose trajectory is the middle line of a blade, scaled to the blade's length."""
@@ -72,8 +72,8 @@ class RootSettings(ThinSettings):
         tip = rise - 0.5 * self.gravity_mps2 * self.flight_s**2
         if tip <= 0.0:
             raise ValueError(
-                f"the trajectory must leave the ground: launched at {self.speed_mps:g} m/s and {angle:g} degrees, its "
-                f"tip is at {tip:.3g} m after {self.flight_s:g} s; raise speed_mps or angle_deg, or lower "
+                f"the trajectory must leave the ground: launched at {self.speed_mps:g} m/s and {angle:g} degrees, "
+                f"its tip is at {tip:.3g} m after {self.flight_s:g} s; raise speed_mps or angle_deg, or lower "
                 "gravity_mps2 or interval_s"
             )
         return self

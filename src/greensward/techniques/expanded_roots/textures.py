@@ -75,8 +75,8 @@ class RootTextures:
         needed, free = columns * rows * self._layers * _TEXEL, available_bytes(self._device)
         if needed > free:
             raise InputError(
-                f'technique.storage: must be "vertex-buffer" here: the textures of {page.capacity / 1e6:,.1f} million '
-                f"roots need {needed / 2**30:,.1f} GiB, and this device can give {free / 2**30:,.1f} GiB"
+                f'technique.storage: must be "vertex-buffer" here: the textures of {page.capacity / 1e6:,.1f} '
+                f"million roots need {needed / 2**30:,.1f} GiB, and this device can give {free / 2**30:,.1f} GiB"
             )
         texture = self._device.ctx.texture_array((columns, rows, self._layers), 4, dtype="u4")
         texture.filter = moderngl.NEAREST, moderngl.NEAREST
