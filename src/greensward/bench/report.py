@@ -83,7 +83,7 @@ def _worth_showing(pictures: Mapping[str, Picture]) -> dict[str, Picture]:
 
 
 def _technique_of(caption: str) -> str:
-    """What a caption begins with: a technique, or a variant with its settings in brackets."""
+    """Technique, or variant with its settings in brackets, that a caption begins with."""
     return re.split(r",(?![^\[]*\])", caption)[0]
 
 

@@ -274,7 +274,7 @@ def _levels() -> tuple[Case, ...]:
 
 
 def _extra_blades() -> tuple[Case, ...]:
-    """About as many blades from ever fewer roots; techniques that make none themselves are given all of them."""
+    """Roots, ever fewer, of about as many blades; techniques that make none themselves are given all of them."""
     made = {"A, 0 extra": (139_800, 0), "B, 3 extra": (36_400, 3), "C, 8 extra": (15_500, 8)}
     return tuple(
         Case(

@@ -25,9 +25,9 @@ class DrawList:
 
     page: Page | UnstoredPage
     tiles: Indices
-    """Numbers of the tiles that hold these blades, and"""
+    """Numbers of the tiles that hold these blades."""
     lengths: Indices
-    """how many of the first blades of each are needed."""
+    """Number of blades of each, from its first on, that the view may show."""
     blades: ChunkRange
     heads: tuple[ChunkRange, ...]
 

@@ -233,7 +233,7 @@ class Field:
             )
 
     def _margin_m(self, density_per_m2: float) -> float:
-        """How far from the root of a blade anything is drawn; as far beside it the land is no steeper than 2 to 1."""
+        """Greatest distance from a root at which anything is drawn for it, on land no steeper than 2 to 1."""
         return self.tallest_m + 2.0 * self._beside / float(np.sqrt(density_per_m2))
 
     def _bounds(self, tiles: Table) -> tuple[Floats, Floats, Floats]:

@@ -21,7 +21,7 @@ class Needs:
     unstored: bool = False
     """It also draws pages whose blades its shaders must grow."""
     beside: float = 0.0
-    """How far from a stored blade it draws others, in mean distances between blades."""
+    """Distance at which it draws others beside a stored blade, in mean distances between blades."""
     all_else_first: bool = False
     """All else must be in a picture before it."""
 

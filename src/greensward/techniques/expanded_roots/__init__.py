@@ -44,10 +44,7 @@ class ExpandedRoots:
     """A vertex for each root, in a draw for each tile in view; the geometry stage makes its blades."""
 
     name: ClassVar[str] = "expanded-roots"
-    source: ClassVar[str] = (
-        "Tillman 2013, bachelor thesis, Blekinge Institute of Technology: individual grass blades with geometry, "
-        "from vertex buffers and from texture arrays"
-    )
+    source: ClassVar[str] = "Tillman 2013, bachelor thesis, Blekinge Institute of Technology"
     Settings: ClassVar[type[BaseModel]] = RootSettings
 
     def __init__(self, device: Device, world: World, settings: RootSettings) -> None:
