@@ -53,7 +53,10 @@ def bench(
     ] = None,
     techniques: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAMES", help="Techniques, with commas; if not given, those of each workload."),
+        typer.Option(
+            metavar="NAMES",
+            help="Techniques, or variants as name[key=value], with commas; if not given, those of each workload.",
+        ),
     ] = None,
     sizes: Annotated[
         list[str] | None,
