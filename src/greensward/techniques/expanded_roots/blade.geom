@@ -77,8 +77,8 @@ Neighbour neighbourOf(Blade b, uint other, mat3 frame) {
 }
 #endif
 
-// Extra blade k of a root: as far from it as the density asks, turned and sized a little otherwise
-void standBeside(int k, inout Blade b, inout Moved m) {
+// Extra blade k of a root with neighbours around it: as far from it as the density asks, turned and sized a little otherwise
+void standBeside(int k, uvec4 around, inout Blade b, inout Moved m) {
     vec3 normal, first, second;
     groundAround(b, normal, first, second);
     uvec3 bits = hash3(uvec3(b.chance >> 16u, b.flags & ~BLADE_HEAD, uint(k)));
@@ -87,7 +87,6 @@ void standBeside(int k, inout Blade b, inout Moved m) {
     vec3 moved = at.x * first + at.y * second;
     Blade own = b;
 #ifdef TEXTURES
-    uvec4 around = valuesOf(number[0], 4);
     int quadrant = quadrantOf(at);
     mat3 frame = mat3(first, second, normal);
     Neighbour a = neighbourOf(own, around[quadrant], frame);
@@ -185,23 +184,27 @@ void make(Blade b, Moved m, uint id) {
     EndPrimitive();
 }
 
-void makeBlade(int k) {
+void makeBlade(int k, uvec4 around, Blade b, Moved m) {
+#if EXTRA > 0
+    if (k > 0) standBeside(k, around, b, m);
+#endif
+    make(b, m, first_blade_id + number[0] + uint(k) * ids_of_each);
+}
+
+void main() {
     Blade b = thisRoot();
     b.flags = b.flags & 0xffffffu | min((b.flags >> 24u) + CROWDED, 255u) << 24u;
     Pose pose = poses[number[0]];
     Moved m;
     unpackPose(pose.now, vec3(0.0), m.control, m.tip);
     unpackPose(pose.previous, vec3(0.0), m.controlBefore, m.tipBefore);
-#if EXTRA > 0
-    if (k > 0) standBeside(k, b, m);
+    uvec4 around = uvec4(NONE);
+#if EXTRA > 0 && defined(TEXTURES)
+    around = valuesOf(number[0], 4);
 #endif
-    make(b, m, first_blade_id + number[0] + uint(k) * ids_of_each);
-}
-
-void main() {
 #ifdef INVOCATIONS
-    makeBlade(gl_InvocationID);
+    makeBlade(gl_InvocationID, around, b, m);
 #else
-    for (int k = 0; k <= EXTRA; k++) makeBlade(k);
+    for (int k = 0; k <= EXTRA; k++) makeBlade(k, around, b, m);
 #endif
 }
