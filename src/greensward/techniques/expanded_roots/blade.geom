@@ -57,6 +57,8 @@ flat in uvec4 rootPlace[], rootControl[], rootTip[], rootHabit[];
 Blade thisRoot() { return rootOf(rootPlace[0], rootControl[0], rootTip[0], rootHabit[0]); }
 #endif
 
+const uint NO_ROOT = 0xffffffffu;
+
 // What moves a blade: its control point and tip, now and one frame ago, from the root
 struct Moved { vec3 control, tip, controlBefore, tipBefore; };
 
@@ -68,7 +70,7 @@ struct Moved { vec3 control, tip, controlBefore, tipBefore; };
 struct Neighbour { Blade blade; vec2 at; float above; vec2 slope; };
 
 Neighbour neighbourOf(Blade b, uint other, mat3 frame) {
-    if (other == NONE) return Neighbour(b, vec2(0.0), 0.0, vec2(0.0));
+    if (other == NO_ROOT) return Neighbour(b, vec2(0.0), 0.0, vec2(0.0));
     Blade n = rootAt(other);
     vec3 normal, first, second;
     groundAround(n, normal, first, second);
@@ -198,7 +200,7 @@ void main() {
     Moved m;
     unpackPose(pose.now, vec3(0.0), m.control, m.tip);
     unpackPose(pose.previous, vec3(0.0), m.controlBefore, m.tipBefore);
-    uvec4 around = uvec4(NONE);
+    uvec4 around = uvec4(NO_ROOT);
 #if EXTRA > 0 && defined(TEXTURES)
     around = valuesOf(number[0], 4);
 #endif

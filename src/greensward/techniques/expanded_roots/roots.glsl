@@ -3,8 +3,6 @@
 #include "shaders/blade.glsl"
 #include "techniques/expanded_roots/extra.glsl"
 
-const uint NONE = 0xffffffffu;
-
 Blade rootOf(uvec4 a, uvec4 b, uvec4 c, uvec4 d) {
     Blade r;
     vec4 p = uintBitsToFloat(a), q = uintBitsToFloat(b), t = uintBitsToFloat(c);

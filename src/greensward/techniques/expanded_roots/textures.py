@@ -7,17 +7,29 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import at_least, release_all, upload
-from greensward.gpu.device import IMAGES_WRITTEN, Device
+from greensward.gpu.buffers import at_least, fill, release_all, upload
+from greensward.gpu.device import IMAGES_WRITTEN, STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Kernel, grid
-from greensward.gpu.layouts import struct
+from greensward.gpu.layouts import WORD, constants, struct
 from greensward.gpu.memory import available_bytes
 from greensward.scene import InputError
 from greensward.sowing import Page
 from greensward.sowing.pages import Tiles, starts
 from greensward.world import FrameTime, World
 
-_RUN = struct("RootRun", ("before", "uint"), ("first", "uint"), ("count", "uint"))
+_CELLS = 64
+_NO_ROOT = 0xFFFFFFFF
+constants("RootCells", {"ROOT_CELLS": _CELLS})
+_RUN = struct(
+    "RootRun",
+    ("before", "uint"),  # roots of the runs before it
+    ("first", "uint"),
+    ("dropped", "uint"),  # axis of the shortest edge of its box
+    ("corner_x", "float"),  # of its box, along the two other axes
+    ("corner_y", "float"),
+    ("cells_per_m", "float"),
+)
+_FOLDER = "techniques/expanded_roots"
 _VALUES = 4  # layers of a root's values, 16 bytes each; its neighbours are one more
 _TEXEL = 16
 
@@ -49,8 +61,10 @@ class RootTextures:
     def __init__(self, device: Device, world: World, neighbours: bool) -> None:
         self._device, self._world = device, world
         self._layers = _VALUES + neighbours
-        self._fill = Kernel(device, "techniques/expanded_roots/fill.comp", {"NEIGHBOURS": 1} if neighbours else {})
+        self._fill = Kernel(device, f"{_FOLDER}/fill.comp", {"NEIGHBOURS": 1} if neighbours else {})
+        self._find = Kernel(device, f"{_FOLDER}/cells.comp") if neighbours else None
         self._runs = device.ctx.buffer(reserve=_RUN.dtype.itemsize)
+        self._cells = device.ctx.buffer(reserve=WORD)
         self._filled: dict[Page, _Filled] = {}
 
     def of(self, page: Page) -> moderngl.TextureArray:
@@ -95,27 +109,40 @@ class RootTextures:
         elif tiles is filled.tiles:
             return False
         filled.tiles, filled.serials, filled.time_s = tiles, tiles.serial, time_s
-        first, count = tiles.start[~stays], tiles.up_to[~stays, 7]
-        total = int(count.sum())
-        if not total:
+        new = tiles.where(~stays & (tiles.up_to[:, 7] > 0))
+        if not len(new.start):
             return False
-        some = count > 0
-        runs = np.empty(int(some.sum()), _RUN.dtype)
-        runs["before"], runs["first"], runs["count"] = starts(count)[some], first[some], count[some]
+        runs, total = _runs_of(new), int(new.up_to[:, 7].sum())
         self._runs = at_least(self._device, self._runs, runs.nbytes)
         upload(self._runs, runs)
-        self._fill.run(
-            grid(-(-total // self._fill.group[0])),
-            Blades=page.blades,
-            Runs=self._runs,
-            roots_image=filled.texture,
-            run_count=len(runs),
-            root_count=total,
-            texture_width=filled.texture.width,
-        )
+        groups = grid(-(-total // self._fill.group[0]))
+        roots = {"Blades": page.blades, "Runs": self._runs, "run_count": len(runs), "root_count": total}
+        if self._find:
+            self._cells = at_least(self._device, self._cells, len(runs) * _CELLS**2 * WORD)
+            self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
+            fill(self._device, self._cells, _NO_ROOT)
+            self._find.run(groups, **roots, Cells=self._cells)
+            self._device.ctx.memory_barrier(STORAGE_WRITTEN)
+            roots["Cells"] = self._cells
+        self._fill.run(groups, **roots, roots_image=filled.texture, texture_width=filled.texture.width)
         return True
 
     def release(self) -> None:
-        """Free textures, buffer and program."""
-        release_all(self._fill, self._runs, *(each.texture for each in self._filled.values()))
+        """Free textures, buffers and programs."""
+        if self._find:
+            self._find.release()
+        release_all(self._fill, self._runs, self._cells, *(each.texture for each in self._filled.values()))
         self._filled.clear()
+
+
+def _runs_of(tiles: Tiles) -> npt.NDArray[np.void]:
+    """Roots of each tile, and the grid over the two longer edges of its box."""
+    runs = np.empty(len(tiles.start), _RUN.dtype)
+    edges = tiles.high - tiles.low
+    dropped = np.argmin(edges, axis=1)
+    kept = np.array([[1, 2], [0, 2], [0, 1]])[dropped]
+    corner = np.take_along_axis(tiles.low, kept, axis=1)
+    runs["before"], runs["first"], runs["dropped"] = starts(tiles.up_to[:, 7]), tiles.start, dropped
+    runs["corner_x"], runs["corner_y"] = corner.T
+    runs["cells_per_m"] = _CELLS / np.maximum(np.take_along_axis(edges, kept, axis=1).max(axis=1), 1e-6)
+    return runs
