@@ -355,6 +355,12 @@ def one_patch(size: Size, samples: int) -> Picture:
     return draw(gs.load("jahrmann2013-instance"), size, samples, 1.0).image
 
 
+def expanded_roots(size: Size, samples: int) -> Picture:
+    scene = gs.load("tillman2013-texture-array")
+    camera = scene.camera.model_copy(update={"position_m": (2.0, 0.55, 14.0), "target_m": (0.9, 0.3, 11.0)})
+    return draw(scene.model_copy(update={"camera": camera}), size, samples, 1.0).image
+
+
 def billboards(size: Size, samples: int) -> Picture:
     return draw(gs.load("meadow", overrides={"technique.name": "geometry-billboards"}), size, samples, 2.0).image
 
@@ -496,6 +502,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "wheat.jpg": (wheat, (1280, 720), 16),
     "boulders.jpg": (boulders, (1280, 720), 16),
     "one-patch.jpg": (one_patch, (1280, 720), 16),
+    "expanded-roots.webp": (expanded_roots, (640, 300), 16),
     "billboards.jpg": (billboards, (960, 540), 16),
     "football.jpg": (football, (1280, 720), 16),
     "instant-grass.jpg": (instant_grass, (1280, 720), 16),

@@ -20,6 +20,8 @@ _PRESETS = (
     "jahrmann2017-balls",
     "meadow",
     "planet",
+    "tillman2013-texture-array",
+    "tillman2013-vertex-buffer",
     "yan2024-helicopter",
     "yan2024-random",
     "yan2024-strong",

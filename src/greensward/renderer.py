@@ -144,7 +144,9 @@ class Renderer:
         bindings: Bindings = {}
         self._parts: list[Releasable] = []
         try:
-            self._world = self._own(World(device, scene, heights, stage, bindings, self._scripts, needs.stored))
+            self._world = self._own(
+                World(device, scene, heights, stage, bindings, self._scripts, needs.stored, needs.beside)
+            )
             self._technique = self._own(technique(device, self._world, settings))
             self._far = self._own(far_level(device, self._world))
             self._geometry = self._own(

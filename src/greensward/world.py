@@ -47,8 +47,9 @@ class FrameTime:
 class World:
     """Ground, field, objects and motion of a scene on one device.
 
-    Without `sown` the field stays empty, for a technique that brings blades of its own. Full-screen passes run in
-    `stage`. `bindings` takes what shaders of the frame share, by name.
+    Without `sown` the field stays empty, for a technique that brings blades of its own; `beside` is how far from a
+    blade of the field it draws others, in mean distances between blades. Full-screen passes run in `stage`.
+    `bindings` takes what shaders of the frame share, by name.
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class World:
         bindings: Bindings,
         scripts: Mapping[str, Script] | None = None,
         sown: bool = True,
+        beside: float = 0.0,
     ) -> None:
         self.device = device
         self.scene = scene
@@ -74,7 +76,7 @@ class World:
         self.placing = Placing(self.objects, heights, {**flights, **(scripts or {})})
         self.placed = self.previously_placed = self.placing.at(0.0)
         """World from own space of every object, now and a frame ago: float64 (objects, 4, 4)."""
-        self.field = Field(device, scene, self.ground)
+        self.field = Field(device, scene, self.ground, beside)
         self._winds = Winds(device, scene, heights, self.placing.moving)
         self._forces = Forces(device, scene)
         bindings.update({**self.field.bindings, **self._winds.bindings, **self._forces.bindings})

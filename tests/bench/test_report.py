@@ -182,3 +182,13 @@ def test_a_report_made_again_shows_the_pictures_it_had(kept, tmp_path):
     before = (tmp_path / "report.md").read_text(encoding="utf-8")
     write_report(tmp_path, kept, None)
     assert (tmp_path / "report.md").read_text(encoding="utf-8") == before
+
+
+def test_pictures_of_variants_have_plain_names():
+    from greensward.bench.report import _file, _worth_showing
+
+    name = "expanded-roots[storage=texture-array,extra_blades=2]"
+    captions = [f"{name}, meadow, {count} samples" for count in (4, 16)] + ["visibility-buffer, meadow, 4 samples"]
+    assert list(_worth_showing(dict.fromkeys(captions))) == captions[1:]
+    assert _file(captions[0]) == "expanded-roots-storage-texture-array-extra_blades-2"
+    assert _file(captions[2]) == "visibility-buffer"

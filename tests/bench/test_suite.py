@@ -45,11 +45,19 @@ def test_a_preset_is_measured_as_it_ships_by_a_camera_that_stands_and_by_one_tha
     assert min(still["first_frame_s"], moving["first_frame_s"]) > 0.0
 
 
-def test_what_is_not_there_or_takes_long_is_said():
-    result = run(wanted("habel2007-half-screen", "tillman2013-limit", scale="quick", techniques=("vertex-buffer",)))
-    assert result.rows == []
-    assert {each["workload"] for each in result.machine["skipped"]} == {"habel2007-half-screen", "tillman2013-limit"}
-    assert "does not have this technique" in result.machine["skipped"][0]["reason"]
+@pytest.mark.slow
+def test_variants_are_measured_side_by_side():
+    names = tuple(
+        f"expanded-roots[storage={storage},extra_blades=1]" for storage in ("vertex-buffer", "texture-array")
+    )
+    result = run(wanted("tillman2013-extra-blades", techniques=(*names, "visibility-buffer"), sizes=((16, 9),)))
+    assert not result.machine["skipped"]
+    assert [row["technique"] for row in result.rows] == [
+        name for name in (*names, "visibility-buffer") for _ in range(3)
+    ]
+
+
+def test_what_takes_long_is_said():
     slow = run(wanted("tillman2013-limit", scale="quick", techniques=("visibility-buffer",)))
     assert slow.machine["skipped"][0]["reason"] == "takes long: --scale full"
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from greensward.bench.variants import split_names, variant_of
 from greensward.bench.workloads import (
-    AWAITED,
     QUICK,
     STRIPS,
     chosen_techniques,
@@ -15,7 +15,7 @@ from greensward.bench.workloads import (
     workloads,
 )
 from greensward.library import load
-from greensward.scene import InputError
+from greensward.scene import InputError, SceneError
 from greensward.scene.load import dump
 from greensward.techniques import SETTINGS
 
@@ -26,12 +26,14 @@ CASES = [pytest.param(each, case, id=f"{name}: {case.name}") for name, each in A
 @pytest.mark.parametrize(("workload", "case"), CASES)
 def test_every_case_is_a_scene_for_its_techniques(workload, case):
     scene = case.build()
-    known = [name for name in workload.techniques if name in SETTINGS]
+    known = [name for name in workload.techniques if name != STRIPS]
     assert known
     for technique in known:
-        drawn = drawn_by(technique, scene, case.settings)
-        assert drawn.technique.name == technique
-        SETTINGS[technique].model_validate(drawn.technique.model_extra)
+        drawn = drawn_by(technique, case.scene(technique), case.settings)
+        name, settings = variant_of(technique)
+        assert drawn.technique.name == name
+        assert settings.items() <= drawn.technique.model_extra.items()
+        SETTINGS[name].model_validate(drawn.technique.model_extra)
         assert toy(drawn).sowing.density_per_m2 <= 20.0
         assert drawn.resolve("x") == scene.resolve("x")
 
@@ -70,6 +72,28 @@ def test_the_thesis_limit_has_its_roots():
     scene = case.build()
     assert case.size == (1680, 1050)
     assert math.isclose(scene.ground.size_m[0] ** 2 * scene.sowing.density_per_m2, 9_144_576)
+    drawn = drawn_by("expanded-roots", case.scene("expanded-roots"), case.settings)
+    settings = SETTINGS["expanded-roots"].model_validate(drawn.technique.model_extra)
+    assert (settings.points[0] * 9_144_576, settings.extra_blades) == (64_012_032, 0)
+    assert min(settings.levels_m) >= scene.sowing.reach_m
+
+
+def test_the_thesis_makes_as_many_blades_of_fewer_roots():
+    roots = {"A": (139_800, 0), "B": (36_400, 3), "C": (15_500, 8)}
+    for case in ALL["tillman2013-extra-blades"].cases:
+        sent, extra = roots[case.name[0]]
+        own, others = (case.scene(name) for name in ("expanded-roots[storage=texture-array]", "visibility-buffer"))
+        for scene, count in ((own, sent), (others, sent * (1 + extra))):
+            assert math.isclose(scene.ground.size_m[0] ** 2 * scene.sowing.density_per_m2, count)
+        assert own.ground.size_m == others.ground.size_m
+        assert drawn_by("expanded-roots", own, case.settings).technique.model_extra["extra_blades"] == extra
+
+
+def test_the_levels_of_the_thesis_double():
+    cases = {case.name: case.settings["levels_m"] for case in ALL["tillman2013-lod"].cases}
+    assert cases["low, set 1"] == [4.0, 8.0, 16.0]
+    assert cases["low, set 2"] == [16.0, 16.0, 16.0]
+    assert cases["ultra, set 1"] == [32.0, 64.0, 128.0]
 
 
 def test_the_thesis_resolutions_span_one_pixel_to_2560x1600():
@@ -88,8 +112,52 @@ def test_the_ablation_leaves_out_one_test_at_a_time():
 def test_names_are_checked():
     assert [each.name for each in chosen_workloads(())] == list(QUICK)
     assert len(chosen_workloads(("all",))) == len(ALL)
-    assert chosen_techniques(("bezier-blades", STRIPS, *AWAITED))[1] == STRIPS
+    assert chosen_techniques(("bezier-blades", STRIPS, "expanded-roots[fade=0.5]"))[1] == STRIPS
     with pytest.raises(InputError, match=r"workload: must be one of .*\(got \"blade-cuont\"\).*blade-count"):
         chosen_workloads(("blade-cuont",))
     with pytest.raises(InputError, match=r"--techniques: must be one of .*instanced-strips"):
         chosen_techniques(("strips",))
+
+
+def test_settings_make_variants_of_a_technique():
+    given = ["bezier-blades, expanded-roots[storage=texture-array,levels_m=[4,8,16]]", "visibility-buffer"]
+    names = split_names(given)
+    assert names == ("bezier-blades", "expanded-roots[storage=texture-array,levels_m=[4,8,16]]", "visibility-buffer")
+    assert chosen_techniques(names) == names
+    settings = {"storage": "texture-array", "levels_m": [4, 8, 16]}
+    assert variant_of(names[1]) == ("expanded-roots", settings)
+    assert variant_of("bezier-blades") == ("bezier-blades", {})
+    scene = drawn_by(names[1], load("meadow"), {"levels_m": [1.0, 2.0, 3.0], "fade": 0.5, "error_px": 1.0})
+    assert scene.technique.model_extra == {**settings, "fade": 0.5}
+
+
+def test_a_variant_keeps_what_a_scene_says_of_its_technique():
+    scene = drawn_by("expanded-roots[extra_blades=1]", load("tillman2013-vertex-buffer"), {})
+    assert scene.technique.model_extra["levels_m"] == [16.0, 32.0, 64.0]
+    assert scene.technique.model_extra["extra_blades"] == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        (
+            "expanded-roots[storage=buffers]",
+            r"--techniques: expanded-roots: storage: must be one of vertex-buffer, tex",
+        ),
+        (
+            "expanded-roots[extra_blades=9]",
+            r"--techniques: expanded-roots: extra_blades: must be at most 8 \(got 9\)",
+        ),
+        ("expanded-roots[storag=x]", r"--techniques: expanded-roots: storag: unknown key; did you mean storage\?"),
+        ("expanded-roots[storage]", r"--techniques: must be a name, or name\[setting=value\] such as .*\(got"),
+        ("expanded-roots[fade=0", r"--techniques: must be a name, or name\[setting=value\]"),
+        (
+            "expanded-rots[fade=0]",
+            r"--techniques: must be one of .*\(got \"expanded-rots\"\); did you mean expanded-roots",
+        ),
+        ("instanced-strips[fade=0]", r"--techniques: instanced-strips has no settings .*; leave out the brackets"),
+    ],
+)
+def test_variants_that_cannot_be_are_refused(name, message):
+    with pytest.raises((InputError, SceneError), match=message):
+        chosen_techniques((name,))

@@ -32,15 +32,23 @@ def test_the_workloads_are_listed(bench):
 
 
 def test_a_run_writes_json_and_report(bench, tmp_path):
-    asked = ("habel2007-half-screen", "--techniques", "visibility-buffer,vertex-buffer", *TOY)
+    asked = (
+        "habel2007-half-screen",
+        "--techniques",
+        "visibility-buffer,expanded-roots[extra_blades=2,fade=0.5]",
+        *TOY,
+    )
     code, out, err = bench(*asked, "--json", "a.json", "--report", "told/here")
     assert code == 0
     assert out == "told/here: habel2007-half-screen.webp, report.html, report.md\n"
-    assert err == "Not measured: habel2007-half-screen, vertex-buffer: greensward does not have this technique yet\n"
+    assert err == ""
     kept = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
     assert list(kept) == ["machine", "rows"]
     assert kept["machine"]["incomplete"] is None
-    assert [row["technique"] for row in kept["rows"]] == ["visibility-buffer"]
+    assert [row["technique"] for row in kept["rows"]] == [
+        "visibility-buffer",
+        "expanded-roots[extra_blades=2,fade=0.5]",
+    ]
 
     code, out, err = bench("--from", "a.json")
     assert (code, err) == (0, "")
@@ -50,6 +58,19 @@ def test_a_run_writes_json_and_report(bench, tmp_path):
     code, out, err = bench("--compare", "a.json", "a.json")
     assert (code, err) == (0, "")
     assert "too few frames" in out
+
+
+def test_what_was_not_measured_is_said(bench):
+    quick = ("--frames", "2", "--no-quality", "--device", "cpu", "--sizes", "16x9")
+    code, _, err = bench("tillman2013-limit", "--techniques", "visibility-buffer", *quick)
+    assert code == 0
+    assert err == "Not measured: tillman2013-limit, visibility-buffer, 9,144,576 roots: takes long: --scale full\n"
+
+
+def test_settings_of_a_variant_are_checked(bench):
+    code, _, err = bench("blade-count", "--techniques", "expanded-roots[storage=disk]", *TOY)
+    assert code == 2
+    assert "--techniques: expanded-roots: storage: must be one of vertex-buffer, texture-array" in err
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ _SOWING = {"density_per_m2": 60.0, "full_density_m": 3.0, "reach_m": 30.0}
 _PATCHES = {"name": "tessellated-quads", "mode": "instanced", "patch_m": 3.0}
 _WAYS = {each.name: {"technique": {"name": each.name}} for each in TECHNIQUES} | {
     "patches": {"technique": _PATCHES},
+    "extra blades": {"technique": {"name": "expanded-roots", "extra_blades": 3}},
     "unstored": {"technique": {"name": "visibility-buffer"}, "sowing": {**_SOWING, "stored_m": 0.0}},
     "traced": {"technique": {"name": "bezier-blades"}, "sowing": {**_SOWING, "traced_m": 6.0}},
     "flowers": {"flowers": [{"density_per_m2": 3.0, "height_m": [0.5, 0.9], "reach_m": 20.0}]},
@@ -103,8 +104,8 @@ def test_ids_of_the_ground_tell_leaf_and_number(renderer):
     field = drawn._world.field
     numbers = all_numbers(field).astype(np.uint32)
     ids, roots = field.identify(numbers), blades_by_number(field)["root"][numbers]
-    leaf = np.stack([ids >> np.uint64(36), ids >> np.uint64(12)], -1).astype(np.int64) & 0xFFFFFF
-    leaf = np.where(leaf < 1 << 23, leaf, leaf - (1 << 24))
+    leaf = np.stack([ids >> np.uint64(38), ids >> np.uint64(16)], -1).astype(np.int64) & 0x3FFFFF
+    leaf = np.where(leaf < 1 << 21, leaf, leaf - (1 << 22))
     edge = 8.0  # of the leaf of 60 blades on a square metre, whose clumps pull roots across its border
     assert np.abs(roots[:, [0, 2]] - (leaf + 0.5) * edge).max() < 0.5 * edge + 0.4
     assert (ids & np.uint64(0xFFF)).max() < 60 * edge * edge
@@ -113,7 +114,7 @@ def test_ids_of_the_ground_tell_leaf_and_number(renderer):
 @pytest.mark.parametrize("kind", BladeKind)
 def test_parts_of_an_id_do_not_run_into_each_other(kind):
     random = np.random.default_rng(int(kind))
-    count = {BladeKind.TRACED: 1, BladeKind.OBJECT: 2}.get(kind, 3)
+    count = {BladeKind.TRACED: 1, BladeKind.GROUND: 4}.get(kind, 3)
     parts = [random.integers(-3, 4, 200) for _ in range(count)]
     ids = blade_ids(kind, *parts)
     assert ids.dtype == np.uint64

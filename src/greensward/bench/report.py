@@ -2,6 +2,7 @@
 
 import base64
 import io
+import re
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
@@ -66,7 +67,7 @@ def _shown_before(folder: Path, record: Record) -> dict[str, tuple[str, bytes]]:
     """Pictures that a report of the same techniques left in the folder."""
     compared = {row["technique"]: row["case"] for row in record["rows"] if "flip" in row}
     captions = {"reference": "reference", **{name: f"{name}, {case}" for name, case in compared.items()}}
-    files = {f"{name}.jpg": text for name, text in captions.items() if compared}
+    files = {f"{_file(name)}.jpg": text for name, text in captions.items() if compared}
     return {file: (text, (folder / file).read_bytes()) for file, text in files.items() if (folder / file).is_file()}
 
 
@@ -77,12 +78,17 @@ def markdown_tables(record: Record) -> str:
 
 def _worth_showing(pictures: Mapping[str, Picture]) -> dict[str, Picture]:
     """The reference, and the last, best picture of each technique."""
-    best = {name.split(",")[0]: name for name in pictures}
+    best = {_technique_of(name): name for name in pictures}
     return {name: pictures[name] for name in best.values()}
 
 
-def _file(name: str) -> str:
-    return name.split(",")[0]
+def _technique_of(caption: str) -> str:
+    """Technique, or variant with its settings in brackets, that a caption begins with."""
+    return re.split(r",(?![^\[]*\])", caption)[0]
+
+
+def _file(caption: str) -> str:
+    return re.sub(r"[^\w.-]+", "-", _technique_of(caption)).strip("-")
 
 
 def _jpeg(picture: Picture) -> bytes:

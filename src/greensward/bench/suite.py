@@ -19,7 +19,6 @@ from greensward.bench.quality import WORKLOAD as QUALITY
 from greensward.bench.quality import Picture, compare_techniques
 from greensward.bench.strips import InstancedStrips
 from greensward.bench.workloads import (
-    AWAITED,
     CPU_SIZE,
     GPU_SIZE,
     STRIPS,
@@ -165,11 +164,8 @@ def _jobs(wanted: Wanted, result: Result) -> Iterator[_Job]:
     own = TOY_SIZE if wanted.scale == "toy" else CPU_SIZE if result.machine["software"] else GPU_SIZE
     for workload in wanted.workloads:
         for technique in wanted.techniques or workload.techniques:
-            if technique in AWAITED:
-                result.skip(workload.name, technique, "", "greensward does not have this technique yet")
-                continue
             for case in workload.cases:
-                if case.only and technique not in case.only:
+                if not case.suits(technique):
                     continue
                 if wanted.scale == "quick" and not case.quick:
                     result.skip(workload.name, technique, case.name, "takes long: --scale full")
@@ -214,7 +210,7 @@ def run(
 
 
 def _row(job: _Job, wanted: Wanted, at: Pace) -> dict[str, Any]:
-    scene = job.case.build()
+    scene = job.case.scene(job.technique)
     if wanted.scale == "toy":
         scene = toy(scene)
     scene = drawn_by(job.technique, scene, job.case.settings)
@@ -251,7 +247,7 @@ def _add_quality(
     result: Result, wanted: Wanted, at: Pace, notify: Callable[[str], None], keep: Callable[[Result], None]
 ) -> None:
     result.machine["incomplete"] = "stopped before all techniques were compared at equal picture"
-    techniques = [name for name in wanted.techniques or SETTINGS if name in SETTINGS]
+    techniques = [name for name in wanted.techniques or SETTINGS if name != STRIPS]
     if wanted.scale == "quick" and result.machine["software"] and not wanted.techniques:
         # its shadow maps take a CPU ten seconds a frame
         techniques.remove(FAR.name)

@@ -6,6 +6,7 @@ from functools import partial
 from math import sqrt
 from typing import Any, Literal
 
+from greensward.bench.variants import checked, variant_of
 from greensward.library import load
 from greensward.scene import InputError, Scene, TechniqueChoice
 from greensward.scene.problems import one_of
@@ -15,8 +16,6 @@ Size = tuple[int, int]
 Scale = Literal["quick", "full", "toy"]
 STRIPS = "instanced-strips"
 BLADED = tuple(name for name in SETTINGS if name != FAR.name)
-AWAITED = ("vertex-buffer", "texture-array")
-"""Techniques that published measurements are of and that greensward does not have."""
 CPU_SIZE: Size = (640, 360)
 GPU_SIZE: Size = (1920, 1080)
 TOY_SIZE: Size = (48, 27)
@@ -35,6 +34,8 @@ class Case:
     """True where a CPU draws it in seconds."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """Settings, for the techniques that have them."""
+    roots: Callable[[], Scene] | None = None
+    """Scene for techniques that make extra blades of each root; None where `build` is for all."""
     only: tuple[str, ...] = ()
     """The techniques for which it differs from the other cases; empty for all."""
     published: str = ""
@@ -45,6 +46,17 @@ class Case:
     """Speed of a straight flight that takes the place of the path; 0 for none."""
     frames: int | None = None
     """Number of frames in place of the quick protocol's, on a GPU."""
+
+    def scene(self, technique: str) -> Scene:
+        """Build the scene for a technique or a variant of one."""
+        name = variant_of(technique)[0]
+        if self.roots and name in SETTINGS and "extra_blades" in SETTINGS[name].model_fields:
+            return self.roots()
+        return self.build()
+
+    def suits(self, technique: str) -> bool:
+        """Return whether the case differs from the others for a technique or a variant of one."""
+        return not self.only or variant_of(technique)[0] in self.only
 
 
 @dataclass(frozen=True)
@@ -185,13 +197,13 @@ def _table1() -> tuple[Case, ...]:
     return tuple(cases)
 
 
-def _thesis_field(vertices: int) -> Scene:
-    """Roots as the thesis sent them: its counts fit 25 on each square metre of a square around the camera."""
-    edge_m = sqrt(vertices) / 5.0
+def _thesis_field(roots: int, blades: int = 1) -> Scene:
+    """Roots as the thesis sent them, of so many blades each: its counts fit 25 blades on each square metre."""
+    edge_m = sqrt(roots * blades) / 5.0
     return Scene.model_validate(
         {
             "ground": {"kind": "flat", "size_m": [edge_m, edge_m], "beyond": "bare"},
-            "sowing": {"density_per_m2": 25, "drift": 0, "full_density_m": 1000, "reach_m": 1000},
+            "sowing": {"density_per_m2": 25.0 / blades, "drift": 0, "full_density_m": 1000, "reach_m": 1000},
             "camera": {"position_m": [0, 2.5, 0], "target_m": [0, 1.0, -10]},
         }
     )
@@ -217,6 +229,11 @@ _SIZES: tuple[Size, ...] = (
 )
 
 
+def _levels_m(first: float, second: float, third: float) -> dict[str, Any]:
+    """Distances of the three levels; the last blades end at once, as published."""
+    return {"levels_m": [first, second, third], "fade": 0.0}
+
+
 def _resolution() -> tuple[Case, ...]:
     return tuple(
         Case(
@@ -224,6 +241,7 @@ def _resolution() -> tuple[Case, ...]:
             partial(_thesis_field, 139_800),
             (width, height),
             quick=width <= 1280,
+            settings=_levels_m(8.0, 16.0, 32.0),
             published="texture-array: 1,224 frames per second on average" if width == 2560 else "",
         )
         for width, height in _SIZES
@@ -232,23 +250,42 @@ def _resolution() -> tuple[Case, ...]:
 
 def _levels() -> tuple[Case, ...]:
     """Levels are distances up to which a blade has seven, five and three points; in the second set all have seven."""
-    sent = {"low": 50_700, "normal": 139_800, "high": 480_000, "ultra": 1_786_300}
+    sent = {
+        "low": (50_700, 16.0),
+        "normal": (139_800, 32.0),
+        "high": (480_000, 64.0),
+        "ultra": (1_786_300, 128.0),
+    }
     return tuple(
         Case(
             f"{name}, set {number}",
             partial(_thesis_field, vertices),
             (1680, 1050),
             quick=name in ("low", "normal"),
-            settings={} if number == 1 else {"error_px": 1e-6, "max_level": 3},
+            settings=(
+                _levels_m(0.25 * outer_m, 0.5 * outer_m, outer_m)
+                if number == 1
+                else {**_levels_m(outer_m, outer_m, outer_m), "error_px": 1e-6, "max_level": 3}
+            ),
         )
-        for name, vertices in sent.items()
+        for name, (vertices, outer_m) in sent.items()
         for number in (1, 2)
     )
 
 
 def _extra_blades() -> tuple[Case, ...]:
-    made = {"A, 0 extra": 139_800, "B, 3 extra": 145_600, "C, 8 extra": 139_500}
-    return tuple(Case(name, partial(_thesis_field, blades), (1680, 1050)) for name, blades in made.items())
+    """Roots, ever fewer, of about as many blades; techniques that make none themselves are given all of them."""
+    made = {"A, 0 extra": (139_800, 0), "B, 3 extra": (36_400, 3), "C, 8 extra": (15_500, 8)}
+    return tuple(
+        Case(
+            name,
+            partial(_thesis_field, roots * (1 + extra)),
+            (1680, 1050),
+            settings={**_levels_m(8.0, 16.0, 32.0), "extra_blades": extra},
+            roots=partial(_thesis_field, roots, 1 + extra),
+        )
+        for name, (roots, extra) in made.items()
+    )
 
 
 def _half_screen() -> Scene:
@@ -316,7 +353,8 @@ def _ablation() -> tuple[Case, ...]:
 def workloads() -> dict[str, Workload]:
     """All of them by name."""
     every = (*SETTINGS, STRIPS)
-    thesis, tillman = "Tillman 2013, ", ("vertex-buffer", "texture-array", "visibility-buffer", STRIPS)
+    stored = tuple(f"expanded-roots[storage={storage}]" for storage in ("vertex-buffer", "texture-array"))
+    thesis, tillman = "Tillman 2013, ", (*stored, "visibility-buffer", STRIPS)
     jahrmann = "tessellated-quads", "visibility-buffer"
     listed = (
         Workload("blade-count", "evenly sown squares of 120 m, every blade drawn", _blade_count(), every),
@@ -363,6 +401,7 @@ def workloads() -> dict[str, Workload]:
                     _thesis_limit,
                     (1680, 1050),
                     quick=False,
+                    settings=_levels_m(10_000.0, 10_000.0, 10_000.0),
                     published="vertex-buffer: 36.28 ms, texture-array: 58.69 ms",
                 ),
             ),
@@ -395,21 +434,18 @@ def chosen_workloads(names: tuple[str, ...]) -> tuple[Workload, ...]:
 
 
 def chosen_techniques(names: tuple[str, ...]) -> tuple[str, ...]:
-    """These names, if each may be measured. Raises `InputError`."""
-    known = (*SETTINGS, STRIPS, *AWAITED)
-    for name in names:
-        if name not in known:
-            raise InputError(f"--techniques: {one_of(name, known)}")
-    return tuple(dict.fromkeys(names))
+    """These names of techniques or variants, if each may be measured. Raises `InputError`."""
+    return tuple(dict.fromkeys(checked(name, (STRIPS,)) for name in names))
 
 
 def drawn_by(technique: str, scene: Scene, settings: Mapping[str, Any]) -> Scene:
-    """The same scene by a technique, with those settings that it has."""
+    """The same scene by a technique or a variant of one, with those settings that it has."""
     if technique == STRIPS:
         return scene
-    own = (scene.technique.model_extra or {}) if scene.technique.name == technique else {}
-    had = {key: value for key, value in settings.items() if key in SETTINGS[technique].model_fields}
-    choice = TechniqueChoice.model_validate({"name": technique, **own, **had})
+    name, own = variant_of(technique)
+    had = (scene.technique.model_extra or {}) if scene.technique.name == name else {}
+    given = {key: value for key, value in settings.items() if key in SETTINGS[name].model_fields}
+    choice = TechniqueChoice.model_validate({"name": name, **had, **given, **own})
     return scene.model_copy(update={"technique": choice})
 
 

@@ -17,6 +17,7 @@ EXAMPLES = """\b
 Examples:
   greensward bench --list
   greensward bench blade-count --techniques visibility-buffer,instanced-strips
+  greensward bench presets --techniques "expanded-roots[storage=texture-array,extra_blades=3]"
   greensward bench --json today.json --report today
   greensward bench tillman2013-limit --scale full --protocol thesis --json limit.json
   greensward bench field-scale --camera-path walk.toml --protocol thesis
@@ -52,7 +53,10 @@ def bench(
     ] = None,
     techniques: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAMES", help="Techniques, with commas; if not given, those of each workload."),
+        typer.Option(
+            metavar="NAMES",
+            help="Techniques, or variants as name[key=value], with commas; if not given, those of each workload.",
+        ),
     ] = None,
     sizes: Annotated[
         list[str] | None,
@@ -108,9 +112,10 @@ def bench(
     if listing:
         _list()
         return
+    from greensward.bench.variants import split_names
     from greensward.scene.errors import InputError
 
-    named = _names(workloads), _names(techniques), _sizes(sizes)
+    named = _names(workloads), split_names(techniques or ()), _sizes(sizes)
     if compare and (source or json_file or report):
         raise InputError("--compare: must stand alone, as it prints; leave out the other files")
     if (compare or source) and (any(named) or camera_path):

@@ -24,6 +24,10 @@ class DrawList:
     """Chunks of blades of a page that a view may show, nearest tiles first, and heads by level of detail."""
 
     page: Page | UnstoredPage
+    tiles: Indices
+    """Numbers of the tiles that hold these blades."""
+    lengths: Indices
+    """Number of blades of each, from its first on, that the view may show."""
     blades: ChunkRange
     heads: tuple[ChunkRange, ...]
     """Empty where the page has none."""
@@ -73,19 +77,19 @@ class VisibleSet:
             coverage = coverage_needed(page.tiles, views, away, full_density_m, sowing.blades_m)[:, order]
             eighths = np.ceil(coverage * 8.0).astype(np.int64)
             for view, needed in zip(views, eighths, strict=True):
-                blades = self.add(page, order, needed)
+                at, lengths = _needed(page, order, needed)
+                blades = self.chunks.add(page.tiles.start[at], lengths)
                 if blades.count:
-                    heads = self._heads(page, order[needed > 0], away, view) if isinstance(page, Page) else ()
-                    self._lists[view].append(DrawList(page, blades, heads))
+                    heads = self._heads(page, at, away, view) if isinstance(page, Page) else ()
+                    self._lists[view].append(DrawList(page, at, lengths, blades, heads))
             if isinstance(page, Page):
                 stored.append(NeededTiles(page, order, away, eighths.max(axis=0)))
         return stored
 
     def add(self, page: Page | UnstoredPage, order: Indices, eighths: Indices) -> ChunkRange:
         """Add so many eighths of the blades of each tile, in this order, to the table."""
-        some = eighths > 0
-        at = order[some]
-        return self.chunks.add(page.tiles.start[at], page.tiles.up_to[at, eighths[some] - 1])
+        at, lengths = _needed(page, order, eighths)
+        return self.chunks.add(page.tiles.start[at], lengths)
 
     def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[ChunkRange, ...]:
         if not page.head_count:
@@ -116,3 +120,10 @@ class VisibleSet:
     def release(self) -> None:
         """Free the GPU resources."""
         self.chunks.release()
+
+
+def _needed(page: Page | UnstoredPage, order: Indices, eighths: Indices) -> tuple[Indices, Indices]:
+    """Tiles of which any eighths of the blades are needed, in this order, and how many blades that is."""
+    some = eighths > 0
+    at = order[some]
+    return at, page.tiles.up_to[at, eighths[some] - 1]

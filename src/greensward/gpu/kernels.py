@@ -252,10 +252,12 @@ class Draw(_Bound):
         self._bind(values)
         self._arrays[mesh].render(mode, vertices=vertices, instances=instances)
 
-    def run_indirect(self, mode: int, commands: moderngl.Buffer, first: int, /, **values: Any) -> None:
-        """Draw by the draw command of this number; moderngl reads records of 20 bytes."""
+    def run_indirect(
+        self, mode: int, commands: moderngl.Buffer, first: int, count: int = 1, mesh: int = 0, /, **values: Any
+    ) -> None:
+        """Draw by so many draw commands from this number on; moderngl reads records of 20 bytes."""
         self._bind(values)
-        self._arrays[0].render_indirect(commands, mode, 1, first)
+        self._arrays[mesh].render_indirect(commands, mode, count, first)
 
     def release(self) -> None:
         """Free the arrays and give the program back to the pool."""

@@ -202,10 +202,10 @@ class _Changes:
     def look_from(self, camera: str) -> None:
         """Use the camera given as numbers or as a TOML file."""
         if view := _VIEW.fullmatch(camera.strip()):
-            self.set(("camera", "position_m"), [_value(part) for part in view[1].split(",")], "--camera")
-            self.set(("camera", "target_m"), [_value(part) for part in view[2].split(",")], "--camera")
+            self.set(("camera", "position_m"), [toml_value(part) for part in view[1].split(",")], "--camera")
+            self.set(("camera", "target_m"), [toml_value(part) for part in view[2].split(",")], "--camera")
             if view[3]:
-                self.set(("camera", "fov_y_deg"), _value(view[3]), "--camera")
+                self.set(("camera", "fov_y_deg"), toml_value(view[3]), "--camera")
             return
         try:
             there = Path(camera).exists()
@@ -243,10 +243,10 @@ def _pairs(overrides: Mapping[str, Any] | Sequence[str], changes: _Changes) -> I
         if value is None or "" in loc:
             changes.problems.append(f"--set: must be key=value, such as wind.0.speed_mps=12 (got {short(key)})")
         else:
-            yield loc, _value(value) if isinstance(value, str) else value
+            yield loc, toml_value(value) if isinstance(value, str) else value
 
 
-def _value(text: str) -> Any:
+def toml_value(text: str) -> Any:
     """A value as TOML writes it; anything else is the text itself."""
     try:
         table = tomllib.loads(f"value = {text}")

@@ -33,14 +33,18 @@ _FIX = "lower sowing.density_per_m2, sowing.reach_m, or sowing.full_density_m"
 class Field:
     """All blades within reach of a focus, thinned with distance from it, and those of all objects.
 
-    Any prefix of a tile is a fair sample of it.
+    Any prefix of a tile is a fair sample of it. The bounds of tiles leave room for what is drawn `beside` blades, in
+    mean distances between them.
     """
 
-    def __init__(self, device: Device, scene: Scene, ground: GroundGpu) -> None:
+    def __init__(self, device: Device, scene: Scene, ground: GroundGpu, beside: float = 0.0) -> None:
         self._device = device
         self._scene = scene
         self._ground = ground
+        self._beside = beside
         self._on_objects: list[Page] = []
+        self.most_blades = MOST_BLADES if scene.sowing.traced_m is None else FIRST_TRACED - 1
+        """Greatest number of a blade, as those in pictures of grass have others."""
         self._anchor_ws = np.zeros(3)
         self.unstored: UnstoredPage | None = None
         """Blades of the ground beyond `sowing.stored_m`, if any."""
@@ -143,7 +147,7 @@ class Field:
                 continue
             before = before if page.object_index == index else 0
             index = page.object_index
-            ids[mine] = blade_ids(BladeKind.OBJECT, index, before + rows.astype(np.int64))
+            ids[mine] = blade_ids(BladeKind.OBJECT, index, 0, before + rows.astype(np.int64))
             before += page.capacity
         return ids
 
@@ -199,7 +203,12 @@ class Field:
         while self._to_sow:
             grassy = self._to_sow.pop(0)
             self._on_objects += sow_object(
-                self._device, sower, grassy, self._page_blades, self.tallest_m, self._next_number()
+                self._device,
+                sower,
+                grassy,
+                self._page_blades,
+                self._margin_m(grassy.density_per_m2),
+                self._next_number(),
             )
         sower.release()
 
@@ -280,7 +289,7 @@ class Field:
         grown = blade_bytes if self._scene.growth else 0
         needed = blades * (blade_bytes + POSE.dtype.itemsize + ID_BYTES) + ground * grown + objects * blade_bytes
         free = available_bytes(self._device)
-        most = min(MOST_BLADES, free * blades / max(needed, 1.0)) - objects
+        most = min(self.most_blades, free * blades / max(needed, 1.0)) - objects
         fix = "lower the density_per_m2 of the grass on objects" if objects > ground else _FIX
         if objects <= ground and blades > most + objects:
             fits = _largest_part(lambda part: thinned(part)["candidates"].sum() * self._ground.mean_density <= most)
@@ -295,12 +304,15 @@ class Field:
 
     def _refuse_numbers(self, blades: float, fix: str = _FIX) -> None:
         blades += self._next_number() - 1
-        most = MOST_BLADES if self._scene.sowing.traced_m is None else FIRST_TRACED - 1
-        if blades > most:
+        if blades > self.most_blades:
             raise InputError(
-                f"sowing: must be at most {most / 1e6:,.0f} million blades "
+                f"sowing: must be at most {self.most_blades / 1e6:,.0f} million blades "
                 f"(got about {blades / 1e6:,.0f} million); {fix}"
             )
+
+    def _margin_m(self, density_per_m2: float) -> float:
+        """Greatest distance from a root at which anything is drawn for it, on land no steeper than 2 to 1."""
+        return self.tallest_m + 2.0 * self._beside / float(np.sqrt(density_per_m2))
 
     def _bounds(self, tiles: Table) -> tuple[Floats, Floats, Floats]:
         sowing = self._scene.sowing
@@ -309,11 +321,12 @@ class Field:
         low, high = np.empty((len(tiles), 3)), np.empty((len(tiles), 3))
         low[:, 1], high[:, 1] = self._ground.heights.height_range(x0, z0, size)
         # clumps pull roots, and blades lean, across the edge of a tile
-        margin = self.tallest_m + 0.5 * sowing.clump_m
+        rise = self._margin_m(sowing.density_per_m2)
+        margin = rise + 0.5 * sowing.clump_m
         low[:, 0], high[:, 0] = x0 - margin, x0 + size + margin
         low[:, 2], high[:, 2] = z0 - margin, z0 + size + margin
-        low[:, 1] -= self.tallest_m
-        high[:, 1] += self.tallest_m
+        low[:, 1] -= rise
+        high[:, 1] += rise
         return low, high, tiles["candidates"] / (sowing.density_per_m2 * size * size)
 
     @property

@@ -15,9 +15,9 @@ class BladeKind(IntEnum):
     """Uppermost bits of an id: what the rest of it is made of."""
 
     GROUND = 1
-    """Leaf tile x and z, number of the blade there."""
+    """Leaf tile x and z, number among those made of one root, number of the root in the leaf."""
     OBJECT = 2
-    """Index of the object, number of the blade on it."""
+    """Index of the object, number among those made of one root, number of the root on it."""
     PATCH = 3
     """Column and row of the patch, number of the blade in the pattern."""
     BILLBOARD = 4
@@ -31,8 +31,8 @@ class BladeKind(IntEnum):
 
 
 _WIDTHS: dict[BladeKind, tuple[int, ...]] = {
-    BladeKind.GROUND: (24, 24, 12),
-    BladeKind.OBJECT: (12, 48),
+    BladeKind.GROUND: (22, 22, 4, 12),
+    BladeKind.OBJECT: (12, 4, 44),
     BladeKind.PATCH: (20, 20, 20),
     BladeKind.BILLBOARD: (23, 23, 14),
     BladeKind.FLAT_TILE: (26, 26, 8),
@@ -52,3 +52,10 @@ def blade_ids(kind: BladeKind, *parts: npt.ArrayLike) -> Ids:
         lowest = np.asarray(part).astype(np.int64).view(np.uint64) & np.uint64((1 << bits) - 1)
         ids = ids << np.uint64(bits) | lowest
     return ids
+
+
+def beside(ids: Ids, number: npt.ArrayLike) -> Ids:
+    """Ids of other blades that are made of the roots with these ids, by their number, 1 to 15; (n,) each."""
+    shift = np.where(ids >> np.uint64(64 - _KIND_BITS) == BladeKind.GROUND, 12, 44).astype(np.uint64)
+    result: Ids = ids | np.asarray(number).astype(np.uint64) << shift
+    return result

@@ -22,6 +22,6 @@ uvec2 idOf(Tile tile, uint j) {
     ivec2 leaf;
     uint index;
     leafOf(tile, j, leaf, index);
-    uvec2 place = uvec2(leaf) & 0xffffffu;
-    return uvec2(place.y << 12u | index, BLADE_KIND_GROUND << 28u | place.x << 4u | place.y >> 20u);
+    uvec2 place = uvec2(leaf) & 0x3fffffu;
+    return uvec2(place.y << 16u | index, BLADE_KIND_GROUND << 28u | place.x << 6u | place.y >> 16u);
 }

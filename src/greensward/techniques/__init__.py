@@ -10,6 +10,7 @@ from greensward.scene.problems import one_of, sentences
 from greensward.techniques.bezier_blades import BezierBlades
 from greensward.techniques.billboard_grid import BillboardGrid
 from greensward.techniques.billboard_grid.settings import GridSettings
+from greensward.techniques.expanded_roots import ExpandedRoots
 from greensward.techniques.geometry_billboards import GeometryBillboards
 from greensward.techniques.technique import Needs, Technique
 from greensward.techniques.tessellated_quads import TessellatedQuads
@@ -20,6 +21,7 @@ AnyTechnique = Technique[Any]
 TECHNIQUES: tuple[type[AnyTechnique], ...] = (
     BezierBlades,
     BillboardGrid,
+    ExpandedRoots,
     GeometryBillboards,
     TessellatedQuads,
     VisibilityBuffer,

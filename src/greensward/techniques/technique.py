@@ -23,6 +23,8 @@ class Needs:
     """It draws the blades that the world sows and stores; if not, none are sown."""
     unstored: bool = False
     """It also draws pages whose blades its shaders must grow."""
+    beside: float = 0.0
+    """Distance at which it draws others beside a stored blade, in mean distances between blades."""
     all_else_first: bool = False
     """All else must be in a picture before it."""
 

@@ -14,7 +14,6 @@ from greensward.gpu.kernels import Kernel, grid
 from greensward.gpu.layouts import struct
 from greensward.gpu.view import View
 from greensward.scene import InputError, Scene
-from greensward.sowing.blade import MOST_BLADES
 from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.techniques.geometry_billboards.settings import BillboardSettings
 from greensward.world import World
@@ -97,7 +96,7 @@ class Tiles:
         self.considered = _PATCH * (counts[0] * settings.roots + self._patches - counts[0])
         """Roots of all tiles around the camera, and flat cells."""
         nbytes = _PATCH * self._patches * TILE.dtype.itemsize
-        _refuse_too_many(self.considered, nbytes, device)
+        _refuse_too_many(self.considered, world.field.most_blades, nbytes, device)
         self.buffer = device.ctx.buffer(reserve=nbytes)
         self.commands = zeros(device, (LEVELS + 1) * DRAW_COMMAND.dtype.itemsize)
         self._compaction = Compaction(device)
@@ -181,11 +180,11 @@ class Tiles:
         release_all(self.buffer, self.commands, self._compaction, *self._mark.values(), self._place)
 
 
-def _refuse_too_many(roots: int, nbytes: int, device: Device) -> None:
+def _refuse_too_many(roots: int, most: int, nbytes: int, device: Device) -> None:
     limit = device.limits.storage_block_bytes
-    if roots > MOST_BLADES:
+    if roots > most:
         raise InputError(
-            f"technique.levels_m: must leave at most {MOST_BLADES / 1e6:,.0f} million roots around the camera "
+            f"technique.levels_m: must leave at most {most / 1e6:,.0f} million roots around the camera "
             f"(got {roots / 1e6:,.0f} million); lower it or sowing.density_per_m2"
         )
     if nbytes > limit:

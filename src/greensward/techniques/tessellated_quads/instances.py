@@ -13,7 +13,6 @@ from greensward.gpu.device import Device
 from greensward.gpu.kernels import Resource
 from greensward.gpu.view import View
 from greensward.scene import InputError
-from greensward.sowing.blade import MOST_BLADES
 from greensward.sowing.identity import MOST_OF_A_PATCH, BladeKind, Ids, blade_ids
 from greensward.sowing.pattern import PATTERN_ROOT, Grid, patches_in_view, pattern_of
 from greensward.techniques.tessellated_quads.settings import QuadSettings
@@ -103,7 +102,7 @@ class Instances:
                     self.groups[view].append(Group(at, len(mine), blades))
                     places.append(nodes[mine])
                     at += len(mine)
-        if at * self.stored > MOST_BLADES:
+        if at * self.stored > self._world.field.most_blades:
             raise InputError(
                 f"technique.patch_m: {at:,} patches of {self.stored:,} blades are more than can be numbered; "
                 "lower sowing.density_per_m2 or sowing.reach_m"
