@@ -412,5 +412,5 @@ def test_more_roots_than_memory_holds_are_refused(renderer, monkeypatch):
 def test_more_blades_than_can_be_numbered_are_refused(renderer, monkeypatch):
     monkeypatch.setattr(expanded_roots.ExpandedRoots, "_most_roots", 2222)
     drawn = renderer(_scene({"extra_blades": 8}), size=_SMALL)
-    with pytest.raises(InputError, match="technique.extra_blades: must leave a number for each blade, of 2,222"):
+    with pytest.raises(InputError, match=r"technique\.extra_blades: must leave a number for each blade, of 2,222"):
         drawn.render()
