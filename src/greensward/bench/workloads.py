@@ -386,6 +386,15 @@ def workloads() -> dict[str, Workload]:
             _flights(),
             ("visibility-buffer",),
         ),
+        Workload(
+            "derstroff2024",
+            "Derstroff 2024: its hills at its densities, from a camera that stands and from one that flies",
+            (
+                Case("standing", partial(load, "derstroff"), still=True),
+                Case("8 m/s", partial(load, "derstroff"), flight_mps=8.0, frames=FLIGHT_FRAMES // 3),
+            ),
+            ("geometry-billboards", "visibility-buffer"),
+        ),
         Workload("jahrmann2013-table1", "Jahrmann & Wimmer 2013, Table 1", _table1(), jahrmann),
         Workload("tillman2013-resolution", thesis + "3.1.1: resolutions", _resolution(), tillman),
         Workload("tillman2013-lod", thesis + "3.1.2: levels of detail", _levels(), tillman),
