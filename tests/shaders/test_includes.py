@@ -18,6 +18,7 @@ _DEFINES = {
     "FADING": 0.1,
     "COARSER": 2,
     "ALONG": "1, 0",
+    "LINE": 4,
 }
 _GENERATED = {
     "culling/width": '#include "techniques/blades/width.glsl"',

@@ -27,8 +27,8 @@ _COUNT = struct(
 _MARK = struct("Mark", ("grows", "uint"), ("heads", "uint"), ("start", "uint"), ("head_start", "uint"))
 NOWHERE = 0xFFFFFFFF
 """Number of no page: nothing of the tile is placed."""
-_SLICE, _MOST_SLICES = 256, 1024
-"""Candidates of a tile that one workgroup tries, and workgroups that share a tile, at most."""
+_SLICE, _MOST_SLICES, _MOST_TILES = 256, 1024, 32768
+"""Candidates of a tile that one workgroup tries; workgroups that share a tile, and tiles of a dispatch, at most."""
 Table = npt.NDArray[np.void]
 
 
@@ -102,7 +102,7 @@ class Sower:
         upload(self._buffers["Tiles"], tiles)
         upload(self._buffers["Counts"], counts)
         clear(self._device, self._buffers["Marks"], nbytes)
-        self._run(self._marker, len(tiles), values)
+        self._run(self._marker, range(len(tiles)), values)
         self._prefix_sum.run_over(len(tiles), tile_count=len(tiles), **self._buffers)
         self._device.ctx.memory_barrier()
         counts = np.frombuffer(self._buffers["Counts"].read(counts.nbytes), _COUNT.dtype).copy()
@@ -113,15 +113,16 @@ class Sower:
         """Write the blades of the tiles that were counted last to where the counts say that they start."""
         upload(self._buffers["Counts"], counts)
         for number in np.unique(counts["page"][counts["page"] != NOWHERE]).tolist():
-            page = pages[number]
+            page, here = pages[number], np.flatnonzero(counts["page"] == number)
             target: dict[str, Any] = {"Blades": page.sown or page.blades, "Heads": page.heads, "page": number}
             if page.ids:
                 target["Ids"] = page.ids
-            self._run(self._placer, len(counts), {**values, **target})
+            self._run(self._placer, range(int(here[0]), int(here[-1]) + 1), {**values, **target})
 
-    def _run(self, kernel: Kernel, tiles: int, values: Mapping[str, Any]) -> None:
-        for first in range(0, tiles, 32768):
-            kernel.run((min(32768, tiles - first), self._slices), first_tile=first, **self._buffers, **values)
+    def _run(self, kernel: Kernel, tiles: range, values: Mapping[str, Any]) -> None:
+        for first in tiles[::_MOST_TILES]:
+            count = min(_MOST_TILES, tiles.stop - first)
+            kernel.run((count, self._slices), first_tile=first, **self._buffers, **values)
         self._device.ctx.memory_barrier()
 
     def release(self) -> None:

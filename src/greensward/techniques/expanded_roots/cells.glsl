@@ -1,10 +1,8 @@
-// Roots of some tiles of a page, run by run, and a grid of cells over each, with one root of every cell.
+// Roots of some tiles of a page, run by run in workgroups of 64, and a grid of cells over each, with one root of every cell.
 #include "shaders/blade.glsl"
 #include "shaders/dispatch.glsl"
 #include "layout/RootRun"
 #include "layout/RootCells"
-
-layout(local_size_x = 64) in;
 
 layout(std430) readonly buffer Blades { Blade blades[]; };
 layout(std430) readonly buffer Runs { RootRun runs[]; };  // by the number of roots before them

@@ -2,6 +2,8 @@
 #include "techniques/expanded_roots/cells.glsl"
 #include "techniques/expanded_roots/roots.glsl"
 
+layout(local_size_x = 64) in;
+
 layout(rgba32ui) writeonly uniform uimage2DArray roots_image;
 
 uniform int texture_width;

@@ -1,4 +1,6 @@
 // What an extra blade takes over from its root and, with textures, from neighbouring roots.
+#include "shaders/blade.glsl"
+#include "techniques/expanded_roots/extra.glsl"
 
 // Without a neighbour the root's own plane goes on
 vec2 partsBetween(vec2 at, vec2 a, vec2 b) {
