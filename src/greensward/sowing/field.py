@@ -104,12 +104,14 @@ class Field:
             candidates = int(missing["candidates"].sum())
             if self._to_sow or candidates > self._on_ground.free:
                 self._refuse_too_many(candidates, lambda part: self._tiles(focus, slack_m, part * full_density_m)[0])
+            self._sow_objects()
+            if len(missing):
+                self._sower.count(missing)
+            # while the GPU counts
+            bounds = self._bounds(missing)
             if before:
                 before(self._on_ground.dropped(stays))
-            self._sow_objects()
-            self._on_ground.replace(
-                missing, stays, self._bounds(missing), self._next_number, self._refuse_numbers, keep=again
-            )
+            self._on_ground.replace(missing, stays, bounds, self._next_number, self._refuse_numbers, keep=again)
             if self._transform:
                 self._transform.forget_ground()
         return self._leave_to_shaders(unstored) or changed

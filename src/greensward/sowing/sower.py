@@ -49,7 +49,7 @@ class Sower:
         self._prefix_sum = Kernel(device, "sowing/prefix_sum.comp")
         self._placer = Kernel(device, shader, {**defines, "PLACE": 1}, bindings)
         self._buffers = {name: device.ctx.buffer(reserve=WORD) for name in ("Tiles", "Counts", "Marks")}
-        self._slices = 1
+        self._slices, self._counting = 1, 0
 
     def sow(
         self,
@@ -64,7 +64,8 @@ class Sower:
         `bounds` are the lowest and the highest corner of each tile, (n, 3), and the part of its blades, (n,), that
         the tile's candidates are.
         """
-        counts = self.count(tiles, values)
+        self.count(tiles, values)
+        counts = self.counted()
         grown = np.flatnonzero(counts["up_to"][:, 7])
         page_of = page_numbers(counts["up_to"][grown, 7].astype(np.int64), self.page_blades)
         counts["page"] = NOWHERE
@@ -90,8 +91,8 @@ class Sower:
             self._device.ctx.copy_buffer(page.blades, page.sown)
         return pages
 
-    def count(self, tiles: Table, values: Mapping[str, Any] = {}) -> Table:
-        """Count what grows of each tile, and mark the candidates that do, for `place`."""
+    def count(self, tiles: Table, values: Mapping[str, Any] = {}) -> None:
+        """Begin to count what grows of each tile, and to mark the candidates that do, for `place`."""
         words = -(-tiles["candidates"].astype(np.int64) // 32)
         counts = np.zeros(len(tiles), _COUNT.dtype)
         counts["first_word"] = starts(words)
@@ -104,8 +105,13 @@ class Sower:
         clear(self._device, self._buffers["Marks"], nbytes)
         self._run(self._marker, range(len(tiles)), values)
         self._prefix_sum.run_over(len(tiles), tile_count=len(tiles), **self._buffers)
+        self._counting = len(tiles)
+
+    def counted(self) -> Table:
+        """Wait for what was counted last."""
         self._device.ctx.memory_barrier()
-        counts = np.frombuffer(self._buffers["Counts"].read(counts.nbytes), _COUNT.dtype).copy()
+        counted = self._buffers["Counts"].read(self._counting * _COUNT.dtype.itemsize)
+        counts = np.frombuffer(counted, _COUNT.dtype).copy()
         counts["up_to"] = np.maximum.accumulate(counts["up_to"], axis=1)
         return counts
 

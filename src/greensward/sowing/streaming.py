@@ -141,9 +141,10 @@ class StreamedPages:
         check: Callable[[int], None],
         keep: bool = False,
     ) -> None:
-        """Sow tiles in place of those that do not stay; where none does, on new pages, unless they are to be kept.
+        """Sow the tiles that were counted last in place of those that do not stay.
 
-        `next_number` is the first id of a further page; `check` refuses more blades than there are ids for.
+        Where none does, on new pages, unless they are to be kept. `next_number` is the first of a further page;
+        `check` refuses more blades than there are numbers for.
         """
         if keep or stays.any():
             self._give_back(_some(self._resident, ~stays))
@@ -178,7 +179,7 @@ class StreamedPages:
         rows = np.zeros(len(tiles), _ROW)
         if not len(tiles):
             return rows
-        counts = self._sower.count(tiles)
+        counts = self._sower.counted()
         rows["key"], rows["candidates"], rows["page"] = keys_of(tiles), tiles["candidates"], -1
         rows["low"], rows["high"], rows["coverage"] = bounds
         rows["up_to"], rows["heads"] = counts["up_to"], counts["heads"]
