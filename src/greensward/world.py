@@ -102,6 +102,7 @@ class World:
         self.visible = VisibleSet(device, scene)
         self._analytic: list[tuple[Page, ChunkRange]] = []
         self._focus: Floats | None = None
+        self._camera_ws: Floats | None = None
         self._anchor_ws = np.zeros(3)
         # unstored tiles are cheap to leave and dear to list
         self._step_m = scene.sowing.full_density_m * (_STEP if scene.sowing.stored_m is None else _COARSE_STEP)
@@ -112,18 +113,31 @@ class World:
         moved = not np.array_equal(anchor_ws, self._anchor_ws)
         if moved:
             self._count_from(anchor_ws)
-        if (
-            not moved
-            and self._focus is not None
-            and np.array_equal(cell[[0, 2]], np.floor(self._focus / self._step_m)[[0, 2]])
-        ):
+        slack_m, before, self._camera_ws = self._step_m * np.sqrt(0.5), self._camera_ws, camera_ws
+        same = self._focus is not None and np.array_equal(cell[[0, 2]], np.floor(self._focus / self._step_m)[[0, 2]])
+        if same and not moved:
+            if self._sown and before is not None:
+                self._prepare(cell, camera_ws, camera_ws - before, slack_m)
             return
         focus = (cell + 0.5) * self._step_m
         if self._sown:
             preserve = self._simulation.preserve if self._simulation else None
-            if self.field.sow(focus, self._step_m * np.sqrt(0.5), preserve, again=moved):
+            if self.field.sow(focus, slack_m, preserve, again=moved):
                 self.visible.forget()
         self._focus = focus
+
+    def _prepare(self, cell: Floats, camera_ws: Floats, way: Floats, slack_m: float) -> None:
+        """Prepare the field for the cell that the camera goes to, in a frame that has less to do."""
+        if not way[[0, 2]].any():
+            return
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left = ((cell + (way > 0.0)) * self._step_m - camera_ws) / way
+        axis = 0 if not way[2] or (way[0] and left[0] < left[2]) else 2
+        cell = cell.copy()
+        cell[axis] += np.sign(way[axis])
+        focus = (cell + 0.5) * self._step_m
+        if np.array_equal(anchor_near(focus), self._anchor_ws):
+            self.field.prepare(focus, slack_m)
 
     def _count_from(self, anchor_ws: Floats) -> None:
         """Count points of the world from another anchor in shaders."""

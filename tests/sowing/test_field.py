@@ -118,6 +118,18 @@ def test_a_streamed_field_is_that_which_is_sown_at_once(sow, tables):
         assert sum(map(len, heads)) == lit
 
 
+@pytest.mark.parametrize("prepared_x", [4.0, 9.0])
+def test_a_prepared_step_is_that_which_is_not(sow, prepared_x):
+    """Also where the camera goes elsewhere after all."""
+    scene = small_scene(ground=NOISE, grass=[{**GRASS, "head": "daisy"}])
+    field, other = sow(scene), sow(scene)
+    field.prepare((prepared_x, 0.0, 1.0), 0.2)
+    for each in (field, other):
+        assert each.sow((4.0, 0.0, 1.0), 0.2)
+    assert read_blades(field).tobytes() == read_blades(other).tobytes()
+    assert not field.sow((4.0, 0.0, 1.0), 0.2)
+
+
 def test_memory_stays_level(sow):
     """Far beyond what a field holds at once."""
     field = sow(small_scene(sowing=_EVEN))

@@ -1,6 +1,7 @@
 """Field of blades on the GPU, in tiles of those that lie near each other."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +21,7 @@ from greensward.sowing.objects import grassy_objects, sow_object
 from greensward.sowing.pages import ID_BYTES, Floats, Page, Tiles, UnstoredPage, starts
 from greensward.sowing.sower import TILE, Sower, Table
 from greensward.sowing.species import SWARD_BLOCK, leaf_edge_m, sward_values
-from greensward.sowing.streaming import Order, StreamedPages, keys_of
+from greensward.sowing.streaming import Bounds, Mask, Order, StreamedPages, keys_of
 from greensward.sowing.transform import BladeTransform
 
 __all__ = ["Field", "Page", "Tiles"]
@@ -28,6 +29,22 @@ __all__ = ["Field", "Page", "Tiles"]
 _SPLIT = 4.5
 """A tile is nowhere nearer than this times its edge, or it is split."""
 _FIX = "lower sowing.density_per_m2, sowing.reach_m, or sowing.full_density_m"
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """Step of the field to another focus."""
+
+    focus: Floats
+    missing: Table
+    """Tiles to sow."""
+    stays: Mask
+    """Resident tiles that stay."""
+    unstored: Table
+    candidates: int
+    """Candidates of the tiles to sow."""
+    bounds: Bounds | None = None
+    """Those of the tiles to sow, once they are known."""
 
 
 class Field:
@@ -43,6 +60,8 @@ class Field:
         self._ground = ground
         self._beside = beside
         self._on_objects: list[Page] = []
+        self._plan: _Plan | None = None
+        """Step that has begun."""
         self.most_blades = MOST_BLADES if scene.sowing.traced_m is None else FIRST_TRACED - 1
         """Greatest number of a blade, as those in pictures of grass have others."""
         self._anchor_ws = np.zeros(3)
@@ -92,29 +111,50 @@ class Field:
         device's memory cannot hold the blades.
         """
         focus = np.asarray(focus_ws, np.float64)
-        full_density_m = self._scene.sowing.full_density_m
-        tiles, unstored = self._tiles(focus, slack_m, full_density_m)
+        plan, self._plan = self._plan, None
+        if plan is None or again or not np.array_equal(plan.focus, focus):
+            plan = self._planned(focus, slack_m, again)
+            self._refuse_too_many(plan, slack_m)
+            self._begin(plan)
+        changed = bool(len(plan.missing) or not plan.stays.all() or self._to_sow)
+        if changed:
+            if before:
+                before(self._on_ground.dropped(plan.stays))
+            self._sow_objects()
+            self._on_ground.replace(
+                plan.missing,
+                plan.stays,
+                plan.bounds or self._bounds(plan.missing),
+                self._next_number,
+                self._refuse_numbers,
+                keep=again,
+            )
+            if self._transform:
+                self._transform.forget_ground()
+        return self._leave_to_shaders(plan.unstored) or changed
+
+    def prepare(self, focus_ws: npt.ArrayLike, slack_m: float) -> None:
+        """Begin what `sow` will do around a focus, if that takes no more memory; it is done sooner then."""
+        focus = np.asarray(focus_ws, np.float64)
+        if self._to_sow or (self._plan and np.array_equal(self._plan.focus, focus)):
+            return
+        plan = self._planned(focus, slack_m)
+        if plan.candidates <= self._on_ground.free:
+            self._begin(plan)
+            self._plan = replace(plan, bounds=self._bounds(plan.missing))
+
+    def _planned(self, focus: Floats, slack_m: float, again: bool = False) -> _Plan:
+        tiles, unstored = self._tiles(focus, slack_m, self._scene.sowing.full_density_m)
         tiles = tiles[np.argsort(keys_of(tiles), kind="stable")]
         new, stays = self._on_ground.missing(tiles)
         if again:
             new[:], stays[:] = True, False
-        changed = bool(new.any() or not stays.all() or self._to_sow)
-        if changed:
-            missing = tiles[new]
-            candidates = int(missing["candidates"].sum())
-            if self._to_sow or candidates > self._on_ground.free:
-                self._refuse_too_many(candidates, lambda part: self._tiles(focus, slack_m, part * full_density_m)[0])
-            self._sow_objects()
-            if len(missing):
-                self._sower.count(missing)
-            # while the GPU counts
-            bounds = self._bounds(missing)
-            if before:
-                before(self._on_ground.dropped(stays))
-            self._on_ground.replace(missing, stays, bounds, self._next_number, self._refuse_numbers, keep=again)
-            if self._transform:
-                self._transform.forget_ground()
-        return self._leave_to_shaders(unstored) or changed
+        missing = tiles[new]
+        return _Plan(focus, missing, stays, unstored, int(missing["candidates"].sum()))
+
+    def _begin(self, plan: _Plan) -> None:
+        if len(plan.missing):
+            self._sower.count(plan.missing)
 
     def count_from(self, anchor_ws: Floats) -> None:
         """Count points of the world from an anchor (3,) from the next sowing on, which must be of all."""
@@ -280,11 +320,11 @@ class Field:
         stored = np.full(len(tiles), True) if stored_m is None else np.maximum(away, 0.0) < stored_m
         return tiles[stored], tiles[~stored]
 
-    def _refuse_too_many(self, candidates: int, thinned: Callable[[float], Table]) -> None:
-        """Refuse more blades than there is memory or are numbers for.
-
-        `thinned` finds the tiles that are stored with a part of `sowing.full_density_m`.
-        """
+    def _refuse_too_many(self, plan: _Plan, slack_m: float) -> None:
+        """Refuse more blades than there is memory or are numbers for, where some must be made room for."""
+        candidates, full_density_m = plan.candidates, self._scene.sowing.full_density_m
+        if not self._to_sow and candidates <= self._on_ground.free:
+            return
         ground, objects = candidates * self._ground.mean_density, sum(each.blades() for each in self._to_sow)
         blades = ground + objects
         blade_bytes = BLADE.dtype.itemsize
@@ -294,9 +334,14 @@ class Field:
         most = min(self.most_blades, free * blades / max(needed, 1.0)) - objects
         fix = "lower the density_per_m2 of the grass on objects" if objects > ground else _FIX
         if objects <= ground and blades > most + objects:
-            fits = _largest_part(lambda part: thinned(part)["candidates"].sum() * self._ground.mean_density <= most)
-            if fits > 0.0:
-                fix += f" to {fits * self._scene.sowing.full_density_m:.3g}"
+
+            def fits(part: float) -> bool:
+                stored, _ = self._tiles(plan.focus, slack_m, part * full_density_m)
+                return bool(stored["candidates"].sum() * self._ground.mean_density <= most)
+
+            part = _largest_part(fits)
+            if part > 0.0:
+                fix += f" to {part * full_density_m:.3g}"
         if needed > free:
             raise InputError(
                 f"sowing: about {blades / 1e6:,.0f} million blades need {needed / 2**30:,.1f} GiB, "
