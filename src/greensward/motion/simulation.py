@@ -75,7 +75,7 @@ class BladeSimulation:
         self._steps: int | None = None
         self._slots = 0
         """Slots of the table of preserved states, a power of two; 0 where none are."""
-        self._claims, self._entries = (device.ctx.buffer(reserve=WORD) for _ in range(2))
+        self._table = {name: device.ctx.buffer(reserve=WORD) for name in ("Claims", "Entries")}
         self._newest_serial = -1
         """Greatest serial number of a tile when states were preserved last."""
         self._chunks = ChunkTable(device)
@@ -210,15 +210,19 @@ class BladeSimulation:
         if not count or self._slots:
             return
         self._slots = self._reserved(count)
-        clear(self._device, self._claims, self._slots * WORD)
+        clear(self._device, self._table["Claims"], self._slots * WORD)
         self._newest_serial = max(int(page.tiles.serial.max(initial=-1)) for page in self._field.pages)
         self._look_up(self._preserve, held)
 
     def _reserved(self, count: int) -> int:
         """Number of slots of a table for the states of so many blades, for which there is room then."""
         slots = 1 << int(np.ceil(np.log2(2 * max(count, 1))))
-        self._claims = at_least(self._device, self._claims, slots * WORD)
-        self._entries = at_least(self._device, self._entries, slots * _ENTRY.dtype.itemsize)
+        for name, nbytes in (("Claims", slots * WORD), ("Entries", slots * _ENTRY.dtype.itemsize)):
+            before = self._table[name]
+            self._table[name] = at_least(self._device, before, nbytes)
+            if self._table[name] is not before:
+                # drivers commit memory when it is first written
+                clear(self._device, self._table[name], nbytes)
         return slots
 
     def _restore_preserved(self, forget: bool) -> None:
@@ -244,8 +248,7 @@ class BladeSimulation:
                     Ids=page.ids,
                     Poses=page.poses,
                     States=self._state(page),
-                    Claims=self._claims,
-                    Entries=self._entries,
+                    **self._table,
                     Chunks=self._chunks.buffer,
                     first_chunk=blades.first,
                     chunk_count=blades.count,
@@ -308,7 +311,7 @@ class BladeSimulation:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        release_all(*self._states.values(), self._claims, self._entries)
+        release_all(*self._states.values(), *self._table.values())
         release_all(self._begin, self._near, self._edge, self._preserve, self._restore, self._chunks)
 
 
