@@ -140,6 +140,16 @@ def frame_times(machine: str, workload: str, technique: str, case: str) -> str:
     return f"{row['frames']:,} frames: {best} ms at best, {average} on average and {worst} at worst"
 
 
+def drawn_of(machine: str, workload: str, technique: str, case: str) -> str:
+    return count(row_of(machine, workload, technique, case)["blades_drawn"])
+
+
+def ratio_of(machine: str, workload: str, technique: str, case: str, other: str) -> str:
+    """Return the time of the grass pass in the first case divided by that in the second."""
+    first, second = (milliseconds(row_of(machine, workload, technique, each), "grass") for each in (case, other))
+    return number(first / second)
+
+
 def remaining(machine: str, case: str) -> str:
     """Return the share of the grass pass that remains where a part of it is left out."""
     times = results("limits")[machine]["grass_ms"]
@@ -206,6 +216,30 @@ def table1(machine: str) -> str:
         fps, blades = re.findall(r"\d[\d,]*\d", row["published"])
         table.add(row["case"], count(row["blades_drawn"]), *times, blades, f"{1000 / int(fps):.1f}")
     return measurements(machine, rows, "milliseconds of a frame and of its grass pass", table)
+
+
+def flight(machine: str) -> str:
+    """Return the spread of the frames of straight flights, Python and all."""
+    rows = rows_of(machine, "flight")
+    table = Table(["", "median", "99 of 100 below", "slowest", "99 of 100 / median", "slowest / median"])
+    for row in rows:
+        middle, most, worst = (row[f"wall_ms_{name}"] for name in ("median", "p99", "max"))
+        table.add(row["case"], *map(number, (middle, most, worst)), f"{most / middle:.2f}", f"{worst / middle:.2f}")
+    return measurements(machine, rows, f"milliseconds with Python, {rows[0]['frames']} frames", table)
+
+
+def side_by_side(machine: str, workload: str, *techniques: str) -> str:
+    """Return frame and grass pass of each case by each technique, the floor, and the source's figure."""
+    rows = bench(machine)[1]
+    cases = list(dict.fromkeys(case for name, _, case in rows if name == workload))
+    heads = (cell for name in techniques for cell in (f"`{name}`", "grass"))
+    published = any(rows[workload, techniques[0], case]["published"] for case in cases)
+    table = Table(["", *heads, "floor", *["source"] * published])
+    for case in cases:
+        those = [row_of(machine, workload, name, case) for name in techniques]
+        times = (number(milliseconds(row, part)) for row in those for part in ("", "grass"))
+        table.add(case, *times, number(those[0]["floor_ms"]), *[those[0]["published"] or "–"] * published)
+    return with_title(bench(machine)[0]["driver"], "milliseconds of a frame and of its grass pass", table)
 
 
 def limits() -> str:
@@ -286,12 +320,24 @@ def viewer() -> str:
     return "\n".join(parts)
 
 
-SENTENCES: tuple[Callable[..., str], ...] = (origin, ms, ratio, drawn, frame_times, remaining, links)
+SENTENCES: tuple[Callable[..., str], ...] = (
+    origin,
+    ms,
+    ratio,
+    ratio_of,
+    drawn,
+    drawn_of,
+    frame_times,
+    remaining,
+    links,
+)
 TABLES: tuple[Callable[..., str], ...] = (
     fields,
     passes,
     grass_pass,
     table1,
+    flight,
+    side_by_side,
     limits,
     motion,
     soak,

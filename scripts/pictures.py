@@ -365,6 +365,10 @@ def billboards(size: Size, samples: int) -> Picture:
     return draw(gs.load("meadow", overrides={"technique.name": "geometry-billboards"}), size, samples, 2.0).image
 
 
+def derstroff(size: Size, samples: int) -> Picture:
+    return draw(gs.load("derstroff"), size, samples, 1.0).image
+
+
 def football(size: Size, samples: int) -> Picture:
     return draw(gs.load("football"), size, samples, 1.0).image
 
@@ -504,6 +508,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "one-patch.jpg": (one_patch, (1280, 720), 16),
     "expanded-roots.webp": (expanded_roots, (640, 300), 16),
     "billboards.jpg": (billboards, (960, 540), 16),
+    "derstroff.webp": (derstroff, (960, 540), 8),
     "football.jpg": (football, (1280, 720), 16),
     "instant-grass.jpg": (instant_grass, (1280, 720), 16),
     "far-level.jpg": (far_level, (1120, 315), 16),

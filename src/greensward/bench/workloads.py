@@ -197,7 +197,7 @@ def _table1() -> tuple[Case, ...]:
     return tuple(cases)
 
 
-def _thesis_field(roots: int, blades: int = 1) -> Scene:
+def _thesis_field(roots: int, blades: int = 1, **tables: Any) -> Scene:
     """Roots as the thesis sent them, of so many blades each: its counts fit 25 blades on each square metre."""
     edge_m = sqrt(roots * blades) / 5.0
     return Scene.model_validate(
@@ -205,6 +205,7 @@ def _thesis_field(roots: int, blades: int = 1) -> Scene:
             "ground": {"kind": "flat", "size_m": [edge_m, edge_m], "beyond": "bare"},
             "sowing": {"density_per_m2": 25.0 / blades, "drift": 0, "full_density_m": 1000, "reach_m": 1000},
             "camera": {"position_m": [0, 2.5, 0], "target_m": [0, 1.0, -10]},
+            **tables,
         }
     )
 
@@ -274,16 +275,21 @@ def _levels() -> tuple[Case, ...]:
 
 
 def _extra_blades() -> tuple[Case, ...]:
-    """Roots, ever fewer, of about as many blades; techniques that make none themselves are given all of them."""
+    """Roots, ever fewer, of about as many blades; techniques that make none themselves are given all of them.
+
+    Also with every root simulated in wind, which the thesis has not.
+    """
     made = {"A, 0 extra": (139_800, 0), "B, 3 extra": (36_400, 3), "C, 8 extra": (15_500, 8)}
+    simulated = {"wind": [{"kind": "gusts"}], "simulation": {"within_m": 1000, "settle_s": 0.0}}
     return tuple(
         Case(
-            name,
-            partial(_thesis_field, roots * (1 + extra)),
+            name + more,
+            partial(_thesis_field, roots * (1 + extra), **tables),
             (1680, 1050),
             settings={**_levels_m(8.0, 16.0, 32.0), "extra_blades": extra},
-            roots=partial(_thesis_field, roots, 1 + extra),
+            roots=partial(_thesis_field, roots, 1 + extra, **tables),
         )
+        for more, tables in (("", {}), (", simulated", simulated))
         for name, (roots, extra) in made.items()
     )
 
