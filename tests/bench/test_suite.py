@@ -53,7 +53,7 @@ def test_variants_are_measured_side_by_side():
     result = run(wanted("tillman2013-extra-blades", techniques=(*names, "visibility-buffer"), sizes=((16, 9),)))
     assert not result.machine["skipped"]
     assert [row["technique"] for row in result.rows] == [
-        name for name in (*names, "visibility-buffer") for _ in range(3)
+        name for name in (*names, "visibility-buffer") for _ in range(6)
     ]
 
 

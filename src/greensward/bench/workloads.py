@@ -280,7 +280,7 @@ def _extra_blades() -> tuple[Case, ...]:
     Also with every root simulated in wind, which the thesis has not.
     """
     made = {"A, 0 extra": (139_800, 0), "B, 3 extra": (36_400, 3), "C, 8 extra": (15_500, 8)}
-    simulated = {"wind": [{"kind": "gusts"}], "simulation": {"within_m": 1000, "settle_s": 0.0}}
+    simulated: dict[str, Any] = {"wind": [{"kind": "gusts"}], "simulation": {"within_m": 1000, "settle_s": 0.0}}
     return tuple(
         Case(
             name + more,
