@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from greensward.scene import Camera, SurfaceClass
+from greensward.sowing import field as field_module
+from greensward.sowing.sower import Sower
 from greensward.techniques import TECHNIQUES
 from reprojection import world_points
 from small_scenes import small_scene
@@ -141,3 +143,41 @@ def test_grass_goes_on_over_a_border(renderer):
         if frame > 4:
             assert speed < 3.0 * np.median(speeds), "pixels"
         speeds.append(speed)
+
+
+def test_a_refusal_at_a_border_is_not_for_what_is_there_and_leaves_nothing_behind(renderer, monkeypatch):
+    """All is sown again there, in the room that it has; and if that fails, the next frame is drawn all the same."""
+    tables, camera = _at_a_border(0.0, "plain", "bezier-blades")
+
+    def at(x):
+        return camera.model_copy(update={"position_m": (x, 1.2, 1.0), "target_m": (x, 0.4, -4.0)})
+
+    drawn, fresh = (renderer(small_scene(**tables), size=(120, 68)) for _ in range(2))
+    drawn.render(camera=at(4095.0))
+    with monkeypatch.context() as tight:
+        tight.setattr(field_module, "available_bytes", lambda _: drawn.field_bytes // 4)
+        over = drawn.render(camera=at(4096.2)).image
+    assert np.array_equal(over, fresh.render(camera=at(4096.2)).image)
+    with monkeypatch.context() as broken:
+        broken.setattr(Sower, "counted", None)
+        with pytest.raises(TypeError):
+            drawn.render(camera=at(4095.0))
+    assert np.array_equal(drawn.render(camera=at(4095.1)).image, fresh.render(camera=at(4095.1)).image)
+
+
+@pytest.mark.parametrize("x", [104.0, 4096.1])
+def test_a_checkpoint_is_continued_whatever_was_drawn_before(renderer, x):
+    tables, camera = _at_a_border(0.0, "winds", "visibility-buffer")
+    scene = small_scene(**tables, simulation={"within_m": 8.0})
+
+    def at(x):
+        return camera.model_copy(update={"position_m": (x, 1.2, 1.0), "target_m": (x, 0.4, -4.0)})
+
+    first, other = (renderer(scene, size=(120, 68)) for _ in range(2))
+    for i, away in enumerate((-0.4, -0.3, 0.0)):
+        first.render(1.0 + 0.1 * i, camera=at(x + away))
+    state = first.checkpoint()
+    other.render(7.0, camera=at(x - 0.2))
+    other.resume(state)
+    pictures = [each.render(1.3, camera=at(x + 0.02)).image for each in (first, other)]
+    assert np.array_equal(*pictures)

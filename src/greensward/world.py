@@ -103,7 +103,7 @@ class World:
         self._analytic: list[tuple[Page, ChunkRange]] = []
         self._focus: Floats | None = None
         self._camera_ws: Floats | None = None
-        self._anchor_ws = np.zeros(3)
+        self._anchor_ws = self._sown_from_ws = np.zeros(3)
         # unstored tiles are cheap to leave and dear to list
         self._step_m = scene.sowing.full_density_m * (_STEP if scene.sowing.stored_m is None else _COARSE_STEP)
 
@@ -112,18 +112,21 @@ class World:
         cell, anchor_ws = np.floor(camera_ws / self._step_m), anchor_near(camera_ws)
         moved = not np.array_equal(anchor_ws, self._anchor_ws)
         if moved:
+            self._focus = None
             self._count_from(anchor_ws)
         slack_m, before, self._camera_ws = self._step_m * np.sqrt(0.5), self._camera_ws, camera_ws
         same = self._focus is not None and np.array_equal(cell[[0, 2]], np.floor(self._focus / self._step_m)[[0, 2]])
-        if same and not moved:
+        if same:
             if self._sown and before is not None:
                 self._prepare(cell, camera_ws, camera_ws - before, slack_m)
             return
         focus = (cell + 0.5) * self._step_m
         if self._sown:
             preserve = self._simulation.preserve if self._simulation else None
-            if self.field.sow(focus, slack_m, preserve, again=moved):
+            again = not np.array_equal(anchor_ws, self._sown_from_ws)
+            if self.field.sow(focus, slack_m, preserve, again=again):
                 self.visible.forget()
+            self._sown_from_ws = anchor_ws
         self._focus = focus
 
     def _prepare(self, cell: Floats, camera_ws: Floats, way: Floats, slack_m: float) -> None:

@@ -381,6 +381,8 @@ _REFUSED = {
     ),
     "negative widths": ({"root_width": -1.0}, r"technique\.root_width: must be at least 0 \(got -1\.0\)"),
     "negative top": ({"top_width": -0.5}, r"technique\.top_width: must be at least 0 \(got -0\.5\)"),
+    "no width": ({"root_width": 0.0, "top_width": 0.0}, r"technique: root_width or top_width must be above 0"),
+    "no level": ({"levels_m": [0.0, 0.0, 0.0]}, r"technique\.levels_m: must end above 0"),
     "too many": ({"extra_blades": 9}, r"technique\.extra_blades: must be at most 8 \(got 9\)"),
     "falling levels": ({"levels_m": [5.0, 3.0, 8.0]}, r"technique\.levels_m: must not fall"),
     "a storage": ({"storage": "buffer"}, r"technique\.storage: must be one of vertex-buffer, texture-array"),

@@ -308,6 +308,7 @@ class BladeSimulation:
         simulated = order.serial[saved["simulated"].astype(np.bool_)]
         self._simulated = dict.fromkeys(pages, simulated)
         self._steps = int(saved["steps"])
+        self._slots = 0  # what was preserved is of the time before
 
     def release(self) -> None:
         """Free the GPU resources."""

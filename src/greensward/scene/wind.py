@@ -210,7 +210,7 @@ class Mass(Model):
     and the acceleration of each is the force divided by its own mass.
     """
 
-    reference_kg: Annotated[Number, Field(gt=0, le=1000)] | None = None
+    reference_kg: Annotated[Number, Field(ge=1e-9, le=1000)] | None = None
     """Mass of a blade that moves as without this table. If left out, that of a blade of mean size and mass."""
 
 

@@ -114,7 +114,8 @@ class Field:
         plan, self._plan = self._plan, None
         if plan is None or again or not np.array_equal(plan.focus, focus):
             plan = self._planned(focus, slack_m, again)
-            self._refuse_too_many(plan, slack_m)
+            # where none stays, those that go leave their room
+            self._refuse_too_many(plan, slack_m, self._on_ground.capacity if again else 0)
             self._begin(plan)
         changed = bool(len(plan.missing) or not plan.stays.all() or self._to_sow)
         if changed:
@@ -320,12 +321,16 @@ class Field:
         stored = np.full(len(tiles), True) if stored_m is None else np.maximum(away, 0.0) < stored_m
         return tiles[stored], tiles[~stored]
 
-    def _refuse_too_many(self, plan: _Plan, slack_m: float) -> None:
-        """Refuse more blades than there is memory or are numbers for, where some must be made room for."""
+    def _refuse_too_many(self, plan: _Plan, slack_m: float, room: int) -> None:
+        """Refuse more blades than there is memory or are numbers for, where some must be made room for.
+
+        `room` is for so many on pages whose blades go.
+        """
         candidates, full_density_m = plan.candidates, self._scene.sowing.full_density_m
-        if not self._to_sow and candidates <= self._on_ground.free:
+        if not self._to_sow and candidates <= max(self._on_ground.free, room):
             return
-        ground, objects = candidates * self._ground.mean_density, sum(each.blades() for each in self._to_sow)
+        ground = max(candidates * self._ground.mean_density - room, 0.0)
+        objects = sum(each.blades() for each in self._to_sow)
         blades = ground + objects
         blade_bytes = BLADE.dtype.itemsize
         grown = blade_bytes if self._scene.growth else 0

@@ -113,6 +113,11 @@ class StreamedPages:
         """Number of blades that pages have room for, at most."""
         return sum(blades.free for blades, _ in self._rooms)
 
+    @property
+    def capacity(self) -> int:
+        """Number of blades that all pages hold at most."""
+        return sum(page.capacity for page in self.pages)
+
     def order(self) -> Order:
         """Order the blades by the places of their tiles."""
         grown = _some(self._resident, self._resident["page"] >= 0)

@@ -17,6 +17,8 @@ _Distance = Annotated[Number, Field(ge=0, le=10_000)]
 def _rising(distances: tuple[float, float, float]) -> tuple[float, float, float]:
     if sorted(distances) != list(distances):
         raise ValueError("must not fall from one level to the next; sort them")
+    if distances[-1] == 0.0:
+        raise ValueError("must end above 0, or nothing is drawn; raise the last")
     return distances
 
 
@@ -66,11 +68,17 @@ class RootSettings(ThinSettings):
         return (self.points[0] // 2) * self.interval_s
 
     @model_validator(mode="after")
+    def _is_of_some_width(self) -> Self:
+        if self.root_width == self.top_width == 0.0:
+            raise ValueError("root_width or top_width must be above 0, or blades have no area (got 0 for both)")
+        return self
+
+    @model_validator(mode="after")
     def _leaves_the_ground(self) -> Self:
         angle = self.angle_deg[0]
         rise = self.speed_mps * math.sin(math.radians(angle)) * self.flight_s
         tip = rise - 0.5 * self.gravity_mps2 * self.flight_s**2
-        if tip <= 0.0:
+        if tip < 1e-6:
             raise ValueError(
                 f"the trajectory must leave the ground: launched at {self.speed_mps:g} m/s and {angle:g} degrees, "
                 f"its tip is at {tip:.3g} m after {self.flight_s:g} s; raise speed_mps or angle_deg, or lower "
