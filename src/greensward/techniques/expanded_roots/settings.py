@@ -57,7 +57,7 @@ class RootSettings(ThinSettings):
     """Gravity on the particle."""
     interval_s: Number = Field(0.06, gt=0, le=1000)
     """Time between two points of the trajectory, at the finest level."""
-    root_width: Number = Field(1.0, ge=0, le=10)
+    root_width: Number = Field(1.0, gt=0, le=10)
     """Width at the root, in widths of the species."""
     top_width: Number = Field(0.75, ge=0, le=10)
     """Width at the last point below the tip, in widths of the species."""
@@ -68,17 +68,11 @@ class RootSettings(ThinSettings):
         return (self.points[0] // 2) * self.interval_s
 
     @model_validator(mode="after")
-    def _is_of_some_width(self) -> Self:
-        if self.root_width == self.top_width == 0.0:
-            raise ValueError("root_width or top_width must be above 0, or blades have no area (got 0 for both)")
-        return self
-
-    @model_validator(mode="after")
     def _leaves_the_ground(self) -> Self:
         angle = self.angle_deg[0]
         rise = self.speed_mps * math.sin(math.radians(angle)) * self.flight_s
         tip = rise - 0.5 * self.gravity_mps2 * self.flight_s**2
-        if tip < 1e-6:
+        if tip < 1e-12:
             raise ValueError(
                 f"the trajectory must leave the ground: launched at {self.speed_mps:g} m/s and {angle:g} degrees, "
                 f"its tip is at {tip:.3g} m after {self.flight_s:g} s; raise speed_mps or angle_deg, or lower "
