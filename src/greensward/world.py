@@ -110,8 +110,7 @@ class World:
     def follow(self, camera_ws: Floats) -> None:
         """Make the field around the camera resident, in steps of a grid: it depends on where the camera is alone."""
         cell, anchor_ws = np.floor(camera_ws / self._step_m), anchor_near(camera_ws)
-        moved = not np.array_equal(anchor_ws, self._anchor_ws)
-        if moved:
+        if not np.array_equal(anchor_ws, self._anchor_ws):
             self._focus = None
             self._count_from(anchor_ws)
         slack_m, before, self._camera_ws = self._step_m * np.sqrt(0.5), self._camera_ws, camera_ws

@@ -122,7 +122,7 @@ def test_ripples_are_as_smooth_far_from_the_origin(device):
 
 @pytest.mark.parametrize("rides", [False, True])
 def test_a_blade_keeps_its_phase(device, rides):
-    """Wherever its root is counted from, whichever tile holds it, and on an object whichever way that turns it."""
+    """Root, tile and rank have no part in the phase; on an object the direction has none either."""
     flags = 64 if rides else 0  # `BladeFlag.ON_OBJECT`
     body = (
         "Blade b = Blade(p.x, p.y, p.z, facing, p.x, p.y, p.z, 1.0, p.x, p.y, p.z, 0.01, 0u, 0.5, "

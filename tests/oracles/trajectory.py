@@ -9,7 +9,7 @@ Array = np.ndarray
 
 
 def particle(speed: Array, angle: Array, gravity: Array, time: Array) -> Array:
-    """Where it is at a time after the launch, (n, 2): along the ground, and up."""
+    """Place of the particle at a time after the launch, (n, 2): along the ground, and up."""
     launched = speed[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     return launched * time[:, None] - 0.5 * gravity[:, None] * time[:, None] ** 2 * [0.0, 1.0]
 
@@ -26,7 +26,7 @@ def width(point: Array, last: int, root: Array, top: Array) -> Array:
 
 
 def offset(k: Array, extra: Array, spacing: Array, turn: Array) -> Array:
-    """Of extra blade k, from 1 on: a sunflower spiral (Vogel 1979) over a disc of the area of a root, (n, 2)."""
+    """Offset of extra blade k, from 1 on, (n, 2): a sunflower spiral (Vogel 1979) over the area of a root."""
     radius = spacing * np.sqrt((k + 0.5) / (extra + 1) / np.pi)
     golden = np.pi * (3.0 - np.sqrt(5.0))
     phase = np.exp(1j * (2.0 * np.pi * turn + golden * k))

@@ -481,7 +481,7 @@ def _values(field) -> list[object]:
 
 
 def _fits(technique: str, settings) -> bool:
-    """Whether settings are allowed together; a bound of one may need another."""
+    """Tell whether settings are allowed together; a bound of one may need another."""
     try:
         SETTINGS[technique].model_validate(settings)
     except ValidationError:

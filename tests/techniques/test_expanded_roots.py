@@ -112,7 +112,7 @@ _TABLES = {
 @pytest.mark.slow
 @pytest.mark.parametrize("tables", _TABLES.values(), ids=_TABLES.keys())
 def test_both_storages_are_the_same_picture_to_the_bit(renderer, tables):
-    """And stay so as time goes on and the camera walks to where the field is sown anew."""
+    """Pictures stay alike as time goes on and the camera walks to where the field is sown anew."""
     frames = []
     for storage in ("vertex-buffer", "texture-array"):
         drawn = renderer(_scene({"storage": storage}, **tables), size=_SMALL)
@@ -340,7 +340,7 @@ def test_levels_cover_alike(renderer):
 
 
 def test_nothing_grows_beyond_the_last_level_and_the_rim_is_smooth(renderer):
-    """Whole tiles are left out, and then single blades."""
+    """The radius leaves out whole tiles first, and then single blades."""
     far = {"position_m": [0.0, 3.0, 0.0], "target_m": [0.0, 0.0, -8.0]}
     tables = {"camera": far, "sowing": {"reach_m": 30.0, "full_density_m": 100.0}, "wind": []}
     drawn = renderer(_scene({"levels_m": [3.0, 6.0, 9.0], "fade": 0.0}, **tables))

@@ -2,7 +2,7 @@
 
 import moderngl
 
-from greensward.gpu.buffers import at_least, release_all, zeros
+from greensward.gpu.buffers import at_least, clear, release_all, zeros
 from greensward.gpu.device import COMMANDS_WRITTEN, STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Kernel, Resource
 from greensward.gpu.layouts import WORD, struct
@@ -37,7 +37,7 @@ class Compaction:
         self._offsets = at_least(device, self._offsets, (words + words // 32 + 8) * WORD)
         if self.masks.size < words * WORD:
             self.masks = at_least(device, self.masks, words * WORD)
-            self.masks.write(bytes(self.masks.size))
+            clear(device, self.masks, self.masks.size)
 
     def sum_up(self, words: int, commands: moderngl.Buffer, command: int) -> None:
         """Take over the marks, and write how many there are to the draw command of this number."""

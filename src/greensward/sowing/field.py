@@ -43,8 +43,8 @@ class _Plan:
     unstored: Table
     candidates: int
     """Candidates of the tiles to sow."""
-    bounds: Bounds | None = None
-    """Those of the tiles to sow, once they are known."""
+    bounds: Bounds = (np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
+    """Those of the tiles to sow, once it has begun."""
 
 
 class Field:
@@ -116,7 +116,7 @@ class Field:
             plan = self._planned(focus, slack_m, again)
             # where none stays, those that go leave their room
             self._refuse_too_many(plan, slack_m, self._on_ground.capacity if again else 0)
-            self._begin(plan)
+            plan = self._begun(plan)
         changed = bool(len(plan.missing) or not plan.stays.all() or self._to_sow)
         if changed:
             if before:
@@ -125,7 +125,7 @@ class Field:
             self._on_ground.replace(
                 plan.missing,
                 plan.stays,
-                plan.bounds or self._bounds(plan.missing),
+                plan.bounds,
                 self._next_number,
                 self._refuse_numbers,
                 keep=again,
@@ -141,8 +141,7 @@ class Field:
             return
         plan = self._planned(focus, slack_m)
         if plan.candidates <= self._on_ground.free:
-            self._begin(plan)
-            self._plan = replace(plan, bounds=self._bounds(plan.missing))
+            self._plan = self._begun(plan)
 
     def _planned(self, focus: Floats, slack_m: float, again: bool = False) -> _Plan:
         tiles, unstored = self._tiles(focus, slack_m, self._scene.sowing.full_density_m)
@@ -153,9 +152,12 @@ class Field:
         missing = tiles[new]
         return _Plan(focus, missing, stays, unstored, int(missing["candidates"].sum()))
 
-    def _begin(self, plan: _Plan) -> None:
-        if len(plan.missing):
-            self._sower.count(plan.missing)
+    def _begun(self, plan: _Plan) -> _Plan:
+        if not len(plan.missing):
+            return plan
+        self._sower.count(plan.missing)
+        # while the GPU counts
+        return replace(plan, bounds=self._bounds(plan.missing))
 
     def count_from(self, anchor_ws: Floats) -> None:
         """Count points of the world from an anchor (3,) from the next sowing on, which must be of all."""
