@@ -11,6 +11,7 @@ from greensward.library import dump as dump
 from greensward.library import load as load
 from greensward.library import presets as presets
 from greensward.renderer import Counts as Counts
+from greensward.renderer import Eye as Eye
 from greensward.renderer import Frame as Frame
 from greensward.renderer import Renderer as Renderer
 from greensward.scene import Camera as Camera
@@ -34,5 +35,7 @@ from greensward.scene import SurfaceClass as SurfaceClass
 from greensward.scene import TechniqueChoice as TechniqueChoice
 from greensward.scene import Water as Water
 from greensward.viewer.notebook import show as show
+from greensward.viewpoint import camera_from_matrices as camera_from_matrices
+from greensward.viewpoint import camera_from_opencv as camera_from_opencv
 
 __version__: str

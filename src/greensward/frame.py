@@ -90,6 +90,7 @@ class GeometryPasses:
             values = view_values(view, previous_view, offset_px)
             jittered = "jittered_clip_from_relative"
             values[jittered] = self._depth.matrix(values[jittered])
+            values["parallel_depth_m"] = self._depth.parallel_depth_m(*view.near_and_far_m)
             self._blocks[slot].set(**values)
             self._draw(gbuffer.framebuffer, view, slot, occlusion)
         with self._timers.measure("ground" if slot == PICTURE else "water"):

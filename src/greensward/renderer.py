@@ -1,12 +1,14 @@
 """Order of a frame, WHEN, and the public way to draw one."""
 
+import itertools
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, Self, TypeVar, get_args
 
 import moderngl
 import numpy as np
@@ -14,26 +16,29 @@ import numpy.typing as npt
 
 from greensward.aovs import Aov
 from greensward.frame import MIRROR, PICTURE, GeometryPasses
-from greensward.gpu.buffers import Releasable, release_all
+from greensward.gpu.buffers import release_all
+from greensward.gpu.current import context_kept
 from greensward.gpu.depth import ReversedDepth
-from greensward.gpu.device import Device, Stage
+from greensward.gpu.device import Device, Releasable, Stage
 from greensward.gpu.kernels import Bindings
 from greensward.gpu.timers import PassTimers
-from greensward.gpu.view import View, look_at
+from greensward.gpu.view import View, look_at, rolled
 from greensward.ground import HeightField
+from greensward.lens import Lens, lens_key
 from greensward.library import as_scene
 from greensward.objects.placing import Script
 from greensward.passes.blur import Blur
 from greensward.passes.gbuffer import BladePixels, GBuffer
 from greensward.passes.lighting import Lighting
-from greensward.passes.post import Post
+from greensward.passes.post import Encoding, Look, Post
+from greensward.passes.post.window import Blit, DepthScale, Window
 from greensward.passes.shadows import ShadowMaps
 from greensward.passes.temporal import Moment, Temporal
 from greensward.passes.water import WaterPass
-from greensward.scene import Camera, InputError, Scene
+from greensward.scene import Camera, GreenswardError, InputError, Scene
 from greensward.techniques import chosen, far_level
 from greensward.truth import Truth, camera_record, read_truth
-from greensward.viewpoint import camera_view, jitter, place
+from greensward.viewpoint import camera_from_matrices, camera_view, jitter, place
 from greensward.world import FrameTime, World
 
 _FRAME_S = 1.0 / 30.0
@@ -50,6 +55,50 @@ _COLOURS = {
 }
 """Keys of a species that blades do not store."""
 _LONGEST_S = 1e9  # single precision tells no seconds apart long before
+
+
+@dataclass(frozen=True)
+class Eye:
+    """One of several pictures of an instant: where `draw_eyes` draws it, and from where it is seen."""
+
+    framebuffer: moderngl.Framebuffer
+    camera: Camera | None = None
+    """The scene's, if neither it nor the two matrices are given."""
+    view_from_world: npt.ArrayLike | None = None
+    """(4, 4), for column vectors."""
+    clip_from_view: npt.ArrayLike | None = None
+    """(4, 4), for column vectors."""
+    viewport: tuple[int, int, int, int] | None = None
+    """Left, bottom, width and height in the framebuffer; by default its viewport."""
+    layer: int | None = None
+    """Layer of the framebuffer's attachments, if they have any."""
+
+
+@dataclass(frozen=True)
+class Views:
+    """Views of a frame."""
+
+    cameras: tuple[Camera, ...] = ()
+    size: tuple[int, int] = (0, 0)
+    pictures: tuple[View, ...] = ()
+    """One for each camera, or one for each face of a lens."""
+    shadows: tuple[tuple[View, ...], ...] = ()
+    """Views of the shadow maps for each of them; pictures may share one tuple."""
+    mirrors: tuple[View | None, ...] = ()
+    """Views of what the water mirrors, for each of them."""
+    lit: tuple[View, ...] = ()
+    """All views of shadow maps."""
+    lens: Lens | None = None
+
+    @cached_property
+    def share_shadows(self) -> bool:
+        """True if all pictures are lit by the same maps."""
+        return all(each is self.shadows[0] for each in self.shadows)
+
+    @cached_property
+    def every(self) -> tuple[View, ...]:
+        """All that grass is culled for."""
+        return (*self.pictures, *self.lit, *(mirror for mirror in self.mirrors if mirror))
 
 
 @dataclass(frozen=True)
@@ -119,21 +168,22 @@ class Renderer:
         self.temporal = temporal
         scene = as_scene(scene)
         chosen(scene)
-        with self._timed("context"):
-            self.device = _device_of(device, ctx)
-        self.ctx = self.device.ctx
-        self.driver = self.device.name
-        self._check_size(size)
-        self.size = size
-        self._scripts = scripts
-        self._stage = stage or self.device.best_stage
-        with self._timed("ground"):
-            heights = HeightField.of(scene)
-            place(scene.camera, heights)
-        with self._built(), self.device.use():
-            self.timers = PassTimers(self.device)
-            self._depth = ReversedDepth(self.device)
-            self._build(scene, heights)
+        with context_kept():
+            with self._timed("context"):
+                self.device = _device_of(device, ctx)
+            self.ctx = self.device.ctx
+            self.driver = self.device.name
+            self._check_size(size)
+            self.size = size
+            self._scripts = scripts
+            self._stage = stage or self.device.best_stage
+            with self._timed("ground"):
+                heights = HeightField.of(scene)
+                place(scene.camera, heights)
+            with self._built(), self.device.use():
+                self.timers = PassTimers(self.device)
+                self._depth = ReversedDepth(self.device)
+                self._build(scene, heights)
         self._released = False
 
     def _build(self, scene: Scene, heights: HeightField) -> None:
@@ -164,7 +214,11 @@ class Renderer:
             )
             self._blur = self._own(Blur(device, bindings, size, stage) if scene.post.blur != "off" else None)
             self._post = self._own(Post(device, bindings, size, stage, averaged=not self.temporal))
-            self._temporal = self._own(Temporal(device, bindings, size, stage) if self.temporal else None)
+            self._blit = self._own(Blit(device, bindings))
+            self._lenses: dict[tuple[Camera, tuple[int, int]], Lens] = {}
+            self._histories: list[Temporal] = []
+            if self.temporal:
+                self._history(0)
         except BaseException as error:
             self._release_parts()
             bindings.clear()
@@ -174,12 +228,24 @@ class Renderer:
         self.technique_name = technique.name
         self._view: View | None = None
         self._counts: Counts | None = None
-        self._viewed_from: tuple[Camera, tuple[int, int]] | None = None
-        self._all_views: tuple[View, ...]
-        self._shadow_views: tuple[View, ...]
-        self._mirror: View | None = None
-        self._previous: Moment | None = None
+        self._views = Views()
+        self._moments: tuple[Moment, ...] = ()
         self._time_s = 0.0
+
+    def _history(self, eye: int) -> Temporal:
+        """History of the pictures of an eye."""
+        while len(self._histories) <= eye:
+            history = Temporal(self.device, self._world.bindings, self.size, self._stage)
+            self._histories.append(self._own(history))
+        return self._histories[eye]
+
+    @contextmanager
+    def _use(self, *framebuffers: moderngl.Framebuffer) -> Iterator[None]:
+        """Draw inside, in a context that is left as it was."""
+        if self._released:
+            raise GreenswardError("this renderer has been released: make another")
+        with self.device.use(*framebuffers):
+            yield
 
     def _own(self, part: Part) -> Part:
         if part is not None:
@@ -206,7 +272,7 @@ class Renderer:
         if self._view is None:
             return Counts()
         if self._counts is None:
-            with self.device.use():
+            with self._use():
                 drawn, pixels = self._technique.drawn(self._view), self._blade_pixels.read()
             self._counts = Counts(*self._handed, drawn, pixels)
         return self._counts
@@ -219,44 +285,156 @@ class Renderer:
     @property
     def blended(self) -> int:
         """Number of frames in the temporal picture since it began or the last cut; 0 without `temporal`."""
-        return self._temporal.frames if self._temporal else 0
+        return self._histories[0].frames if self._histories else 0
 
     def render(
         self,
         time_s: float = 0.0,
         *,
         camera: Camera | None = None,
+        view_from_world: npt.ArrayLike | None = None,
+        clip_from_view: npt.ArrayLike | None = None,
         aovs: Sequence[Aov] = (),
         progress: Callable[[int, int], None] | None = None,
     ) -> Frame:
         """Draw the scene at an instant; `progress(done, total)` is called after each sample.
 
-        Motion is counted from the frame drawn before, or for the first from a thirtieth of a second earlier.
+        It is seen by the scene's camera, by another, or through a program's own matrices as
+        `camera_from_matrices` takes them. Motion is counted from the frame drawn before, or for the first from a
+        thirtieth of a second earlier.
         """
-        with self.device.use():
-            camera = camera or self.scene.camera
-            truth = self._draw(time_s, camera, aovs, progress)
-            with self._timed("draw"):
-                image = self._post.read()
-            return Frame(image, truth, self.counts)
+        with self._use():
+            camera = self._camera(camera, view_from_world, clip_from_view, self.size)
+            images: list[npt.NDArray[np.uint8]] = []
 
-    def draw(self, framebuffer: moderngl.Framebuffer, time_s: float = 0.0, *, camera: Camera | None = None) -> None:
-        """Draw the scene into a framebuffer of the host's context, of any size, and preserve the OpenGL state.
+            def read(*_: object) -> None:
+                with self._timed("draw"):
+                    images.append(self._post.read())
 
-        What the framebuffer's depth buffer holds hides the scene, and the scene's depth is written to it,
-        as seen through `camera_matrices(camera)`.
+            truth = self._draw(time_s, (camera,), Look(), read, aovs, progress)
+            return Frame(images[0], truth, self.counts)
+
+    def draw(
+        self,
+        framebuffer: moderngl.Framebuffer,
+        time_s: float = 0.0,
+        *,
+        camera: Camera | None = None,
+        view_from_world: npt.ArrayLike | None = None,
+        clip_from_view: npt.ArrayLike | None = None,
+        layer: int | None = None,
+        encoding: Encoding = "srgb",
+        sky: bool = True,
+        ground: bool = True,
+    ) -> None:
+        """Draw the scene into a framebuffer of the host's context, and preserve the OpenGL state.
+
+        It fills the framebuffer's viewport. What the depth buffer holds hides the scene, and the scene's depth is
+        written to it, as seen through `camera_matrices(camera)`, or through the host's own matrices, (4, 4) for
+        column vectors, with the context's clip control and depth range. Of the colour attachments only the first is
+        drawn into, in a layer if it has any. Without `sky` or `ground`, what the framebuffer holds stays there.
+        Raises `InputError` for matrices that are no camera and for a framebuffer of another context.
         """
-        with self.device.use(framebuffer):
-            self.resize(framebuffer.size)
-            camera = camera or self.scene.camera
-            self._draw(time_s, camera, (), None)
-            with self.timers.measure("blit"):
-                self._post.blit(framebuffer, camera)
+        eye = Eye(framebuffer, camera, view_from_world, clip_from_view, None, layer)
+        self.draw_eyes((eye,), time_s, encoding=encoding, sky=sky, ground=ground)
+
+    def draw_eyes(
+        self,
+        eyes: Sequence[Eye],
+        time_s: float = 0.0,
+        *,
+        encoding: Encoding = "srgb",
+        sky: bool = True,
+        ground: bool = True,
+    ) -> None:
+        """Draw several pictures of one instant, such as those of two eyes, as `draw` does each.
+
+        They share all that does not depend on the eye: the field, which is sown around the first, its motion and the
+        shadows. Their viewports are of one size.
+        """
+        look = Look(encoding, sky, ground)
+        self._refuse(look, eyes)
+        with context_kept():
+            self.device.make_current()
+            windows = [self._window(eye) for eye in eyes]
+        sizes = {window.viewport[2:] for window, _ in windows}
+        if len(sizes) != 1:
+            raise InputError(f"viewport: must be of one size for all eyes (got {sorted(sizes)})")
+        if 0 in (size := sizes.pop()):
+            return  # a window that is folded away
+        self.resize(size)
+        with self._use(*{id(eye.framebuffer): eye.framebuffer for eye in eyes}.values()):
+
+            def show(eye: int, picture: moderngl.Texture) -> None:
+                with self.timers.measure("blit"):
+                    self._blit.run(picture, windows[eye][0], look, self._post)
+
+            self._draw(time_s, tuple(camera for _, camera in windows), look, show)
+
+    def _refuse(self, look: Look, eyes: Sequence[Eye]) -> None:
+        if self._released:
+            raise GreenswardError("this renderer has been released: make another")
+        if look.encoding not in get_args(Encoding):
+            raise InputError(f'encoding: must be "srgb", "linear" or "hdr" (got {look.encoding!r})')
+        if self.temporal and not look.is_whole:
+            raise InputError("sky, ground: must be drawn by a renderer with temporal; leave out temporal=True")
+        if not eyes:
+            raise InputError("eyes: must hold one at least (got none)")
+        for eye in eyes:
+            if not isinstance(eye.framebuffer, moderngl.Framebuffer):
+                raise InputError(
+                    f"framebuffer: must be a moderngl.Framebuffer (got {type(eye.framebuffer).__name__}); "
+                    "ctx.detect_framebuffer() finds one that another library made"
+                )
+            if eye.framebuffer.ctx is not self.ctx:
+                raise InputError(
+                    "framebuffer: must be of the context that the renderer draws with: make it with "
+                    "Renderer(…, ctx=ctx), where ctx is the framebuffer's"
+                )
+
+    def _window(self, eye: Eye) -> tuple[Window, Camera]:
+        """Resolve the window that a picture is drawn into, and the camera that sees it."""
+        viewport, zero_to_one, depth_range = self.device.drawing_into(eye.framebuffer)
+        viewport = viewport if eye.viewport is None else eye.viewport
+        if min(viewport[2:]) < 1:
+            return Window(eye.framebuffer, viewport, DepthScale(0.0, 0.0, False)), self.scene.camera
+        own = eye.clip_from_view is None
+        camera = self._camera(
+            eye.camera, eye.view_from_world, eye.clip_from_view, viewport[2:], zero_to_one=zero_to_one
+        )
+        if not camera.is_straight:
+            raise InputError("camera: a lens that distorts and a fisheye are for render (got them in draw)")
+        clip_from_view = self.camera_matrices(camera)[1] if own else np.asarray(eye.clip_from_view, np.float64)
+        scale = clip_from_view[3, 3] if camera.projection == "orthographic" else -clip_from_view[3, 2]
+        depth = DepthScale.of(
+            float(clip_from_view[2, 2] / scale),
+            float(clip_from_view[2, 3] / scale),
+            parallel=camera.projection == "orthographic",
+            zero_to_one=zero_to_one and not own,
+            depth_range=depth_range,
+            behind_m=0.0 if own else _behind_m(camera, eye.view_from_world),
+        )
+        return Window(eye.framebuffer, viewport, depth, eye.layer), camera
+
+    def _camera(
+        self,
+        camera: Camera | None,
+        view_from_world: npt.ArrayLike | None,
+        clip_from_view: npt.ArrayLike | None,
+        size: tuple[int, int],
+        *,
+        zero_to_one: bool = False,
+    ) -> Camera:
+        if view_from_world is None and clip_from_view is None:
+            return camera or self.scene.camera
+        if view_from_world is None or clip_from_view is None or camera is not None:
+            raise InputError("give either camera, or both view_from_world and clip_from_view")
+        return camera_from_matrices(view_from_world, clip_from_view, size, zero_to_one=zero_to_one)
 
     def advance(self, time_s: float, *, camera: Camera | None = None) -> None:
         """Let the grass move on to an instant without drawing it, as `render` and `draw` do before they draw."""
-        with self.device.use():
-            self._move(time_s, camera or self.scene.camera)
+        with self._use():
+            self._move(time_s, (camera or self.scene.camera,))
 
     def checkpoint(self) -> dict[str, npt.NDArray[Any]]:
         """Read back the state after the last frame, as arrays: `resume` continues from it bit for bit.
@@ -264,10 +442,10 @@ class Renderer:
         `time_s` is the frame's time, float64, and `camera` its camera, JSON. The others are the simulation state of
         the grass, if the scene has any, and the history of `temporal` pictures.
         """
-        camera, _ = self._viewed_from or (self.scene.camera, self.size)
-        with self.device.use():
-            state = {"time_s": np.array(self._time_s), "camera": np.array(camera.model_dump_json())}
-            return {**state, **self._world.saved(), **(self._temporal.saved() if self._temporal else {})}
+        cameras = self._views.cameras or (self.scene.camera,)
+        with self._use():
+            state = {"time_s": np.array(self._time_s), "camera": np.array(cameras[0].model_dump_json())}
+            return {**state, **self._world.saved(), **(self._histories[0].saved() if self._histories else {})}
 
     def resume(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Continue from a checkpoint of the same scene, on the same driver bit for bit.
@@ -281,21 +459,25 @@ class Renderer:
             camera = Camera.model_validate_json(str(state["camera"])) if "camera" in state else self.scene.camera
         except ValueError:
             raise InputError("the checkpoint's camera is damaged") from None
-        with self.device.use():
+        with self._use():
             self._world.resume(state)
-            view, _ = self._views(camera)
+            views = self._views_of((camera,))
             self._time_s = float(state["time_s"])
-            self._previous = view, self._time_s
-            if self._temporal:
-                self._temporal.resume(state, self._previous)
+            self._moments = tuple((view, self._time_s) for view in views.pictures)
+            if self._histories:
+                self._histories[0].resume(state, self._moments[0])
 
     def camera_matrices(
         self, camera: Camera | None = None
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """Compute `view_from_world` and `clip_from_view` of a camera, each (4, 4) for column vectors."""
+        """Compute `view_from_world` and `clip_from_view` of a camera, each (4, 4) for column vectors.
+
+        Of a fisheye and of a lens that distorts, those of the pinhole with its focal length.
+        """
         camera = camera or self.scene.camera
-        view_from_world = look_at(*place(camera, self._world.ground.heights))
-        view = camera_view(camera, self._world.ground.heights, self.size)
+        heights = self._world.ground.heights
+        view_from_world = rolled(look_at(*place(camera, heights)), camera.roll_deg)
+        view = camera_view(camera, heights, self.size)
         return view_from_world, view.clip_from_world @ np.linalg.inv(view_from_world)
 
     def update(self, scene: Scene | str | Path) -> None:
@@ -316,7 +498,7 @@ class Renderer:
         before, old = self.scene, self._world.ground.heights
         heights = old if _same_heights(before, scene) else HeightField.of(scene)
         place(scene.camera, heights)
-        with self._built(), self.device.use():
+        with self._built(), self._use():
             self._release_parts()
             try:
                 self._build(scene, heights)
@@ -345,7 +527,7 @@ class Renderer:
     def _update_in_place(self, scene: Scene) -> None:
         before = self.scene
         place(scene.camera, self._world.ground.heights)
-        with self.device.use():
+        with self._use():
             self._world.change(scene)
             if any(getattr(before, name) != getattr(scene, name) for name in ("sun", "sky", "phong", "post")):
                 self._lighting.relight(scene)
@@ -355,111 +537,192 @@ class Renderer:
                 self._disown(self._shadows)
                 self._shadows = self._own(ShadowMaps(self.device, self._world))
         self.scene = scene
-        self._viewed_from = None
+        self._views = Views()
 
     def resize(self, size: tuple[int, int]) -> None:
         """Draw pictures of another size from now on."""
         if size == self.size:
             return
         self._check_size(size)
-        with self.device.use():
-            self._disown(self._gbuffer)
-            self._gbuffer = self._own(GBuffer(self.device, size, self._depth, self._stage))
-            self._lighting.resize(size)
+        with self._use():
+            self._fit(size)
             self._post.resize(size)
-            for part in (self._water, self._blur, self._temporal):
+            for part in (self._blur, *self._histories):
                 if part:
                     part.resize(size)
         self.size = size
-        self._previous = None
+        self._moments = ()
+
+    def _fit(self, size: tuple[int, int]) -> None:
+        """Fill and light G-buffers of this size from now on."""
+        if size == self._gbuffer.size:
+            return
+        self._disown(self._gbuffer)
+        self._gbuffer = self._own(GBuffer(self.device, size, self._depth, self._stage))
+        self._lighting.resize(size)
+        if self._water:
+            self._water.resize(size)
 
     def _draw(
         self,
         time_s: float,
-        camera: Camera,
-        aovs: Sequence[str],
-        progress: Callable[[int, int], None] | None,
+        cameras: tuple[Camera, ...],
+        look: Look,
+        show: Callable[[int, moderngl.Texture], None],
+        aovs: Sequence[Aov] = (),
+        progress: Callable[[int, int], None] | None = None,
     ) -> Truth:
-        """The frame, top to bottom: sow, move, shadows, then for every sample surfaces, light, tone; then history."""
+        """The frame, top to bottom: sow, move, shadows, then for every sample surfaces, light, tone; then history.
+
+        `show(eye, picture)` takes each eye's picture before the next is begun.
+        """
         truth: Truth = {}
-        view, shadow_views = self._views(camera)
-        previous = self._previous
-        previous_view = previous[0] if previous else view
-        frame_time = self._move(time_s, camera)
-        first = self._temporal.follow(previous, (view, time_s)) if self._temporal else 0
+        before = self._moments
+        frame_time = self._move(time_s, cameras)
+        views = self._views
+        lens = views.lens
         with self._timed("draw"):
             with self.timers.measure("move"):
                 self._geometry.update(frame_time)
-            self._geometry.fill_shadow_maps(self._shadows.framebuffers, shadow_views)
-            for sample in range(first, first + self.samples):
-                offset_px = jitter(0 if self._temporal and aovs else sample)  # truth is of the pixels' centres
-                mirrored = self._mirrored(offset_px, shadow_views, sample)
-                occlusion = sample == first or mirrored is not None
-                self._geometry.fill(self._gbuffer, view, previous_view, offset_px, slot=PICTURE, occlusion=occlusion)
-                with self.timers.measure("light"):
-                    light = self._lighting.shade(self._gbuffer, self._shadows, shadow_views, sample)
-                if self._water:
-                    with self.timers.measure("water"):
-                        light = self._water.cover(light, mirrored, self._gbuffer, time_s)
-                if sample == first:
+            for eye in range(1 if lens else len(views.pictures)):
+                now, previous = self._moments[eye], before[eye] if eye < len(before) else None
+                history = self._history(eye) if self.temporal else None
+                first = history.follow(previous, now) if history else 0
+                for sample in range(first, first + self.samples):
+                    offset_px = jitter(0 if history and aovs else sample)  # truth is of the pixels' centres
+                    if lens:
+                        for face in range(len(views.pictures)):
+                            light = self._light(face, before, offset_px, sample, sample == first, time_s)
+                            lens.gather(light, face)
+                        light = lens.gathered
+                    else:
+                        light = self._light(eye, before, offset_px, sample, sample == first, time_s)
+                    if sample == first and aovs:
+                        truth = self._truth(cameras[0], aovs, before)
+                    if self._blur:
+                        with self.timers.measure("blur"):
+                            light = self._blur.run(light)
                     with self.timers.measure("post"):
-                        self._blade_pixels.count(self._gbuffer)
-                    if aovs:
-                        truth = read_truth(self._gbuffer, aovs, self._geometry.identify)
-                if self._blur:
-                    with self.timers.measure("blur"):
-                        light = self._blur.run(light)
+                        picture = self._post.accumulate(light, sample, look)
+                    if progress is not None:
+                        self.ctx.finish()
+                        progress(sample - first + 1, self.samples)
                 with self.timers.measure("post"):
-                    picture = self._post.accumulate(light, sample)
-                if progress is not None:
-                    self.ctx.finish()
-                    progress(sample - first + 1, self.samples)
-            with self.timers.measure("post"):
-                if self._temporal:
-                    picture = self._temporal.blend(picture, (view, time_s))
-                self._post.encode(picture)
-        if aovs:
-            view_from_world, _ = self.camera_matrices(camera)
-            truth["camera"] = np.array(camera_record(camera, view.clip_from_world, view_from_world, self.size))
-        self._view, self._counts = view, None
+                    if history:
+                        picture = history.blend(picture, now)
+                    picture = self._post.encode(picture, look)
+                show(eye, picture)
+        self._view, self._counts = views.pictures[0], None
         self._handed = self.blades_in_view, self._world.blades_simulated
         return truth
 
+    def _light(
+        self,
+        number: int,
+        before: Sequence[Moment],
+        offset_px: tuple[float, float],
+        sample: int,
+        first: bool,
+        time_s: float,
+    ) -> moderngl.Texture:
+        """Radiance of what one of the frame's views shows; its surfaces stay in the G-buffer."""
+        views = self._views
+        shadow_views, mirror = views.shadows[number], views.mirrors[number]
+        if (first and (number == 0 or shadow_views is not views.shadows[number - 1])) or not views.share_shadows:
+            self._geometry.fill_shadow_maps(self._shadows.framebuffers, shadow_views)
+        mirrored = self._mirrored(mirror, offset_px, shadow_views, sample)
+        self._fill(number, before, offset_px, occlusion=first or mirrored is not None or bool(views.lens))
+        with self.timers.measure("light"):
+            light = self._lighting.shade(self._gbuffer, self._shadows, shadow_views, sample)
+        if self._water:
+            with self.timers.measure("water"):
+                light = self._water.cover(light, mirrored, self._gbuffer, time_s)
+        if first and number == 0:
+            with self.timers.measure("post"):
+                self._blade_pixels.count(self._gbuffer)
+        return light
+
+    def _fill(
+        self, number: int, before: Sequence[Moment], offset_px: tuple[float, float], *, occlusion: bool
+    ) -> None:
+        view = self._views.pictures[number]
+        previous_view = before[number][0] if number < len(before) else view
+        self._geometry.fill(self._gbuffer, view, previous_view, offset_px, slot=PICTURE, occlusion=occlusion)
+
+    def _truth(self, camera: Camera, aovs: Sequence[Aov], before: Sequence[Moment]) -> Truth:
+        """Truth of the picture, of which the G-buffer holds the sample at the pixels' centres, and its camera."""
+        lens = self._views.lens
+        if lens:
+            truth = lens.truth(
+                lambda face, offset_px: self._fill(face, before, offset_px, occlusion=True),
+                lambda wanted: read_truth(self._gbuffer, wanted, self._geometry.identify),
+                aovs,
+            )
+        else:
+            truth = read_truth(self._gbuffer, aovs, self._geometry.identify)
+        view_from_world, clip_from_view = self.camera_matrices(camera)
+        record = camera_record(camera, clip_from_view @ view_from_world, view_from_world, self.size)
+        return truth | {"camera": np.array(record)}
+
     def _mirrored(
-        self, offset_px: tuple[float, float], shadow_views: Sequence[View], sample: int
+        self, mirror: View | None, offset_px: tuple[float, float], shadow_views: Sequence[View], sample: int
     ) -> moderngl.Texture | None:
         """Light of what the water mirrors, if it does."""
-        water, view = self._water, self._mirror
-        if not (water and view and water.gbuffer and water.lighting):
+        water = self._water
+        if not (water and mirror and water.gbuffer and water.lighting):
             return None
-        self._geometry.fill(water.gbuffer, view, view, offset_px, slot=MIRROR, occlusion=True)
+        self._geometry.fill(water.gbuffer, mirror, mirror, offset_px, slot=MIRROR, occlusion=True)
         with self.timers.measure("water"):
             return water.lighting.shade(water.gbuffer, self._shadows, shadow_views, sample)
 
-    def _move(self, time_s: float, camera: Camera) -> FrameTime:
+    def _move(self, time_s: float, cameras: tuple[Camera, ...]) -> FrameTime:
         """Sow around the camera if need be, and move the grass on to an instant."""
         if not abs(time_s) <= _LONGEST_S:
             raise InputError(f"time: must be a finite number of seconds, at most a billion (got {time_s})")
-        view, _ = self._views(camera)
-        _, previous_s = self._previous or (view, time_s - _FRAME_S)
-        frame_time = FrameTime(time_s, previous_s, self._all_views)
+        views = self._views_of(cameras)
+        previous_s = self._moments[0][1] if self._moments else time_s - _FRAME_S
+        frame_time = FrameTime(time_s, previous_s, views.every)
         self.timers.start_frame()
         with self._timed("sow"):
-            self._world.follow(view.camera_ws)
+            self._world.follow(views.pictures[0].camera_ws)
         with self._timed("draw"), self.timers.measure("move"):
             self._world.move(frame_time)
-        self._previous, self._time_s = (view, time_s), time_s
+        self._moments, self._time_s = tuple((view, time_s) for view in views.pictures), time_s
         return frame_time
 
-    def _views(self, camera: Camera) -> tuple[View, tuple[View, ...]]:
-        """The camera's view and those of its shadow maps; the same objects while neither camera nor size change."""
-        if self._viewed_from != (camera, self.size):
-            view = camera_view(camera, self._world.ground.heights, self.size)
-            self._picture, self._shadow_views = view, self._shadows.views(view)
-            self._mirror = self._water.mirror(view) if self._water else None
-            self._all_views = view, *self._shadow_views, *([self._mirror] if self._mirror else [])
-            self._viewed_from = camera, self.size
-        return self._picture, self._shadow_views
+    def _views_of(self, cameras: tuple[Camera, ...]) -> Views:
+        """The views of cameras and their shadow maps; the same objects while neither cameras nor size change."""
+        if self._views.cameras != cameras or self._views.size != self.size:
+            heights = self._world.ground.heights
+            lens = None if all(camera.is_straight for camera in cameras) else self._lens(cameras[0])
+            self._fit(lens.face_size if lens else self.size)
+            if lens:
+                pictures = lens.faces(cameras[0], heights)
+            else:
+                pictures = tuple(camera_view(camera, heights, self.size) for camera in cameras)
+            shadows = tuple(self._shadows.views(view) for view in (pictures if lens else pictures[:1]))
+            self._views = Views(
+                cameras,
+                self.size,
+                pictures,
+                shadows if lens else shadows * len(pictures),
+                tuple(self._water.mirror(view) if self._water else None for view in pictures),
+                tuple(itertools.chain.from_iterable(shadows)),
+                lens,
+            )
+        return self._views
+
+    def _lens(self, camera: Camera) -> Lens:
+        if self.temporal:
+            raise InputError("camera: a lens that distorts and a fisheye are not for temporal pictures")
+        if self._blur:
+            raise InputError('post.blur: must be "off" for a lens that distorts and for a fisheye')
+        key = lens_key(camera), self.size
+        if key not in self._lenses:
+            for old in self._lenses.values():
+                self._disown(old)
+            self._lenses = {key: self._own(Lens(self.device, camera, self.size, self._stage))}
+        return self._lenses[key]
 
     def _check_size(self, size: tuple[int, int]) -> None:
         limit = self.device.limits.picture_px
@@ -484,9 +747,14 @@ class Renderer:
         """Free every GPU resource; compiled programs stay with the device."""
         if self._released:
             return
-        self._released = True
-        with self.device.use():
+        with self._use():
             self._release_parts()
+        self._released = True
+
+    def __del__(self) -> None:
+        # a notebook forgets renderers; their memory goes when the device is used next
+        if not getattr(self, "_released", True):
+            self.device.forget(self._parts)
 
     def _release_parts(self) -> None:
         release_all(*reversed(self._parts))
@@ -517,6 +785,12 @@ def _device_of(device: Device | str, ctx: moderngl.Context | None) -> Device:
     if ctx is not None:
         return Device.of(ctx)
     return Device.shared(device) if isinstance(device, str) else device
+
+
+def _behind_m(camera: Camera, view_from_world: Any) -> float:
+    """Distance of a camera behind the pose that it was made from."""
+    pose = np.asarray(view_from_world, np.float64)
+    return float(pose[2, :3] @ (np.array(camera.position_m) + pose[:3, :3].T @ pose[:3, 3]))
 
 
 def _same_heights(before: Scene, scene: Scene) -> bool:

@@ -13,6 +13,7 @@ from greensward.passes.gbuffer import GBuffer
 from greensward.scene import Camera, InputError
 from greensward.scene.classes import SurfaceClass
 from greensward.sowing.identity import Ids
+from greensward.viewpoint import intrinsics
 
 Truth = dict[str, npt.NDArray[Any]]
 
@@ -63,6 +64,9 @@ def camera_record(
             "near_m": camera.near_m,
             "far_m": camera.far_m,
             "fov_y_deg": camera.fov_y_deg,
+            "projection": camera.projection,
+            "camera_matrix": intrinsics(camera, size).matrix.tolist(),
+            "distortion": list(camera.distortion),
             "view_from_world": view_from_world.tolist(),
             "clip_from_world": clip_from_world.tolist(),
             "classes": {kind.name.lower(): int(kind) for kind in SurfaceClass},

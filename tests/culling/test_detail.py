@@ -119,7 +119,7 @@ def _drawn(device, away: np.ndarray, rank: np.ndarray, height_m: float) -> dict[
         {"away": away.astype(np.float32), "rank": rank.astype(np.float32)},
         "vec3",
         blocks={
-            VIEW_BLOCK: {"camera_ws": (0, height_m, 0, 0.002), "density": 1.0},
+            VIEW_BLOCK: {"camera_ws": (0, height_m, 0, 0), "camera_pixel_m": (0.002, 0.0), "density": 1.0},
             SWARD_BLOCK: {
                 "full_density_m": _FULL_M,
                 "reach_m": 300.0,

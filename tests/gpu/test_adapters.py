@@ -136,7 +136,7 @@ def test_no_egl_library_tells_what_to_install(monkeypatch: pytest.MonkeyPatch) -
 
 def test_no_driver_behind_the_library_tells_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     class Empty:
-        def __init__(self, _name: str) -> None:
+        def __init__(self, _name: str, _mode: int = 0) -> None:
             self.eglGetProcAddress = lambda _name: None
 
     monkeypatch.setattr(ctypes, "CDLL", Empty)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from greensward.gpu.depth import ReversedDepth
-from greensward.gpu.view import perspective
-from greensward.scene import SurfaceClass
+from greensward.ground import HeightField
+from greensward.scene import Camera, SurfaceClass
+from greensward.viewpoint import camera_view
 from small_scenes import NOISE, small_scene
 
 
@@ -29,7 +30,9 @@ def test_without_clip_control_the_picture_is_the_same(device, renderer, monkeypa
 @pytest.mark.parametrize("near", [0.05, 0.1, 1.0])
 def test_depth_falls_from_one_to_nothing(device, near):
     """The matrix alone: near plane at 1, far plane at 0, and steps that single precision still tells at 4 km."""
-    clip = ReversedDepth(device).matrix(perspective(50.0, 1.5, near, 5000.0))
+    camera = Camera(position_m=(0, 0, 0), target_m=(0, 0, -1), height_above_ground=False, near_m=near)
+    none = HeightField(np.zeros((2, 2), np.float32), (1.0, 1.0), exists=False)
+    clip = ReversedDepth(device).matrix(camera_view(camera, none, (30, 20)).clip_from_world)
     assert ReversedDepth(device).available
 
     def at(metres):

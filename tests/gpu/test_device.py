@@ -193,9 +193,9 @@ def test_a_headless_device_binds_nothing_of_ours_between_uses() -> None:
 def test_a_host_that_sets_all_its_state_keeps_what_was_left(ctx: moderngl.Context) -> None:
     careless = Device.of(ctx, preserve_state=False)
     with careless.use():
-        assert careless.state.snapshot()["depth_test"] is False
+        assert careless.state.snapshot()["depth_test"] == (0,)
         ctx.enable_only(moderngl.DEPTH_TEST)
-    assert careless.state.snapshot()["depth_test"] is True
+    assert careless.state.snapshot()["depth_test"] == (1,)
     ctx.enable_only(moderngl.NOTHING)
 
 

@@ -1,5 +1,7 @@
 """Kernels and draws bind by the names in the shader, and say which of them is wrong."""
 
+import re
+
 import moderngl
 import numpy as np
 import pytest
@@ -156,11 +158,11 @@ def test_eight_storage_blocks_and_four_images_are_bound_in_dense_slots(device):
         part.release()
 
 
-@pytest.mark.parametrize(("text", "got"), [(_storage(9), "9 and 0"), (_images(5), "0 and 5")])
+@pytest.mark.parametrize(("text", "got"), [(_storage(9), "8 storage blocks (got 9)"), (_images(5), "4 images (got 5)")])
 def test_more_are_refused_and_the_program_goes_back(device, text, got):
     reused = device.programs.reused
     for _ in range(2):
-        with pytest.raises(BindingError, match=rf"^a: must use at most 8 storage blocks and 4 images \(got {got}\)$"):
+        with pytest.raises(BindingError, match=f"^a: must use at most {re.escape(got)}$"):
             Kernel(device, "a", generated={"a": text})
     assert device.programs.reused == reused + 1
 

@@ -9,6 +9,7 @@ import pytest
 
 from greensward.gpu.adapters import open_context
 from greensward.gpu.device import Device
+from greensward.gpu.limits import MOST_IMAGES, MOST_STORAGE_BLOCKS, MOST_TEXTURES, MOST_UNIFORM_BLOCKS
 
 _SHADERS: dict[str, Any] = {
     "vertex_shader": """
@@ -46,12 +47,7 @@ class Caller:
         self.ctx = ctx
         self.program = ctx.program(**_SHADERS)
         self.array = ctx.vertex_array(self.program, [])
-        self.textures: list[Any] = [
-            ctx.texture((4, 4), 4),
-            ctx.texture_array((4, 4, 2), 4),
-            ctx.texture3d((4, 4, 4), 4),
-            ctx.texture_cube((4, 4), 4),
-        ]
+        self.textures: list[Any] = [ctx.texture((4, 4), 4), ctx.texture_array((4, 4, 2), 4)]
         self.sampler = ctx.sampler()
         self.buffer = ctx.buffer(reserve=1024)
         self.image = ctx.texture((8, 8), 1, dtype="f4")
@@ -85,14 +81,14 @@ class Caller:
         ctx.patch_vertices = 5 + odd
         ctx.line_width = 1.0
         ctx.point_size = 4.0 + odd
-        for target in range(2):
-            gl("glBlendFuncSeparatei", target, 0x0302, 1, 0x0306 + odd, target)
-            gl("glBlendEquationSeparatei", target, 0x800A + odd, 0x8007 + odd)
+        gl("glBlendFuncSeparatei", 0, 0x0302, 1, 0x0306 + odd, 0)
+        gl("glBlendEquationSeparatei", 0, 0x800A + odd, 0x8007 + odd)
         gl("glDisablei", 0x0BE2, 1)
         for switch in (
             0x0B90,
             0x809E,
             0x8C36,
+            0x8E51,
             0x8DB9,
             0x0BF2,
             0x0BD0,
@@ -113,14 +109,15 @@ class Caller:
         gl("glPixelStorei", 0x0D05, 1 + odd)
         gl("glUseProgram", self.program.glo)
         gl("glBindVertexArray", self.array.glo)
-        for unit in range(odd, 16, 2):
+        for unit in range(MOST_TEXTURES):
             self.sampler.use(unit)
             for texture in self.textures:
                 texture.use(unit)
-        for slot in range(odd, 8, 2):
+        for slot in range(MOST_STORAGE_BLOCKS):
             self.buffer.bind_to_storage_buffer(slot, 256, 512)
-            self.buffer.bind_to_uniform_block(slot + 8)
+        for slot in range(MOST_UNIFORM_BLOCKS):
             self.buffer.bind_to_uniform_block(slot, 256 * odd, 256)
+        for slot in range(MOST_IMAGES):
             self.image.bind_to_image(slot, read=bool(odd), write=True, format=0x822E)
         for target in (0x8892, 0x8F36, 0x8F37, 0x88EB, 0x88EC, 0x8F3F, 0x90EE, 0x8A11, 0x90D2, 0x8C2A):
             gl("glBindBuffer", target, self.buffer.glo)
@@ -169,6 +166,9 @@ def test_everything_is_restored(ctx: moderngl.Context, callers: tuple[Caller, Ca
     # the test is worth something only if all of it was disturbed; wide lines are not offered everywhere
     assert {name for name in before if before[name] == during[name]} <= {
         *(f"clip_distance{i}" for i in (0, *range(2, 8))),
+        *(f"blend{i}" for i in range(1, 8)),
+        *(f"color_mask{i}" for i in range(2, 8)),
+        *(f"{name}{ctx.default_texture_unit}" for name in ("bound_2d", "bound_2d_array", "sampler")),
         *("line_width", "sample_coverage", "rasterizer_discard", "program_point_size", "renderbuffer"),
         *("scissor_test", "polygon_offset_fill", "polygon_offset_line"),
     }
@@ -195,7 +195,7 @@ def test_switches_are_restored_from_both_sides(
         change(gl)
         during = Device.of(ctx).state.snapshot()
         with Device.of(ctx).state.preserved():  # which switches it off for us
-            assert Device.of(ctx).state.snapshot()[name] is before[name]
+            assert Device.of(ctx).state.snapshot()[name] == before[name]
         assert Device.of(ctx).state.snapshot() == during
     assert before[name] != during[name]
     assert Device.of(ctx).state.snapshot() == before
@@ -206,8 +206,9 @@ def test_drawing_starts_from_the_same_state_whatever_the_caller_did(
 ) -> None:
     kept_by_whoever_draws = {
         *("draw_framebuffer", "read_framebuffer", "viewport", "scissor_box", "clear_depth", "clear_color"),
-        *("program", "vertex_array", "active_texture", "textures", "images", "moderngl"),
-        *("uniform_buffers", "shader_storage_buffers"),
+        *("program", "vertex_array", "active_texture", "moderngl", "blend_factors0", "blend_equations0"),
+        *(f"{kind}{i}" for kind in ("bound_2d", "bound_2d_array") for i in range(64)),
+        *(f"{kind}{i}" for kind in ("uniform_buffer", "shader_storage_buffer", "image") for i in range(64)),
         *(f"{name}_buffer" for name in ("array", "copy_read", "copy_write", "draw_indirect")),
         *(f"{name}_buffer" for name in ("dispatch_indirect", "texture", "uniform", "shader_storage")),
     }
@@ -218,7 +219,7 @@ def test_drawing_starts_from_the_same_state_whatever_the_caller_did(
             state = Device.of(ctx).state.snapshot()
         starts.append({name: value for name, value in state.items() if name not in kept_by_whoever_draws})
     assert starts[0] == starts[1]
-    assert starts[0]["depth_test"] is False
+    assert starts[0]["depth_test"] == (0,)
     assert starts[0]["pixel_unpack_buffer"] == (0,)
 
 
@@ -254,7 +255,7 @@ def test_moderngl_draws_on_as_if_nothing_had_been(ctx: moderngl.Context, callers
     assert row == b"\xff\xff\x00\xff" * 8 + bytes(4 * 8)
     with ctx.scope(we.reader, moderngl.DEPTH_TEST):
         pass
-    assert Device.of(ctx).state.snapshot()["targets"][0][0]  # the scope brought blending back, as moderngl remembered
+    assert Device.of(ctx).state.snapshot()["blend0"] == (1,)  # the scope brought blending back, as moderngl remembered
 
 
 def test_framebuffers_named_keep_their_viewport_and_masks(
@@ -311,6 +312,6 @@ def test_what_was_deleted_meanwhile_is_unbound(ctx: moderngl.Context) -> None:
         state = Device.of(ctx).state.snapshot()
     assert ctx.error == "GL_NO_ERROR"
     assert state["program"] == state["vertex_array"] == state["draw_framebuffer"] == (0,)
-    assert not any(map(any, state["textures"][:16]))
-    assert not any(state["samplers"])
-    assert not any(buffer for buffer, *_ in state["uniform_buffers"] + state["shader_storage_buffers"])
+    bound = "bound_", "sampler", "uniform_buffer", "shader_storage_buffer", "image"
+    kept = {f"bound_2d{ctx.default_texture_unit}", f"bound_2d_array{ctx.default_texture_unit}"}
+    assert {name for name in state if name.startswith(bound) and state[name][0]} <= kept

@@ -299,11 +299,11 @@ def test_truth_stays_at_the_pixels_centres(renderer):
 def test_time_shows_and_nothing_is_allocated(renderer):
     drawn = renderer(_scene(), temporal=True)
     drawn.render(0.0)
-    textures = [drawn._temporal._history, drawn._temporal._target]
+    textures = [drawn._histories[0]._history, drawn._histories[0]._target]
     for i in range(1, 4):
         drawn.render(i / 30)
-        assert drawn._temporal._history in textures
-        assert drawn._temporal._target in textures
+        assert drawn._histories[0]._history in textures
+        assert drawn._histories[0]._target in textures
 
 
 def test_temporal_draws_one_sample(renderer):

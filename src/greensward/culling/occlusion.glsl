@@ -7,13 +7,15 @@ bool boxOf(vec3 v0, vec3 v1, vec3 v2, float width_m, out ivec4 box, out float ne
     vec4 a = view.clip_from_relative * vec4(v0, 1.0);
     vec4 b = view.clip_from_relative * vec4(v1, 1.0);
     vec4 c = view.clip_from_relative * vec4(v2, 1.0);
-    nearest = min(min(a.w, b.w), c.w) - width_m;
+    vec3 depth_m = vec3(dot(view.axis_rs.xyz, v0), dot(view.axis_rs.xyz, v1), dot(view.axis_rs.xyz, v2)) + view.axis_rs.w;
+    nearest = min(min(depth_m.x, depth_m.y), depth_m.z) - width_m;
     if (nearest < 0.05) return false;
     vec2 pa = a.xy / a.w, pb = b.xy / b.w, pc = c.xy / c.w;
     vec2 low = min(min(pa, pb), pc), high = max(max(pa, pb), pc);
-    // a point moved by r: its clip coordinates change by |row| r, and what they are divided by, by r
+    // a point moved by r: its clip coordinates change by |row| r, and what they are divided by, by r or in a parallel view not at all
     mat4 m = transpose(view.clip_from_relative);
-    vec2 margin = width_m / nearest * (vec2(length(m[0].xyz), length(m[1].xyz)) + max(abs(low), abs(high)));
+    vec2 margin = width_m * vec2(length(m[0].xyz), length(m[1].xyz));
+    if (view.eye_rs.w > 0.0) margin = (margin + width_m * max(abs(low), abs(high))) / nearest;
     vec2 last = view.size_px.xy - 1.0;
     // a pixel more, as the samples of a picture are apart by less
     vec2 first_px = floor((0.5 + 0.5 * (low - margin)) * view.size_px.xy) - 1.0;

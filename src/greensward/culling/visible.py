@@ -101,7 +101,7 @@ class VisibleSet:
             level = np.full(len(at), len(HEAD_PX) if shown else -1)
         else:
             # the broadest decide here; a smaller one may take less detail for itself, never more
-            size_px = self._broadest_head_m / np.maximum(away[at] * view.pixel_m[0], 1e-9)
+            size_px = self._broadest_head_m / np.maximum(away[at] * view.pixel_m[0] + view.pixel_m[1], 1e-9)
             level = np.searchsorted(-np.array(HEAD_PX), -size_px)
         return tuple(self.chunks.add(start[level == k], length[level == k], 1) for k in range(len(HEAD_PX) + 1))
 

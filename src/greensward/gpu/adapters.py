@@ -9,6 +9,7 @@ from typing import Any
 
 import moderngl
 
+from greensward.gpu.current import current_context
 from greensward.scene.errors import GreenswardError, InputError
 
 INSTALL = "sudo apt install libegl1 libgl1 libgl1-mesa-dri"
@@ -84,6 +85,37 @@ def open_context(device: str = "auto") -> moderngl.Context:
     GREENSWARD_DEVICE says what "auto" means. Raises `InputError` for a device that does not exist and
     `GreenswardError`, with the fix, where nothing can draw.
     """
+    refuse_after_fork()
+    before = current_context()
+    before.leave()
+    try:
+        ctx = _open_on(device)
+    except BaseException:
+        before.enter()
+        raise
+    note_context()
+    return ctx
+
+
+def note_context() -> None:
+    """Remember that this process has a context of OpenGL."""
+    _processes.add(os.getpid())
+
+
+def refuse_after_fork() -> None:
+    """Raise `GreenswardError` in a process forked from one that had a context: drivers hang there."""
+    if _processes - {os.getpid()}:
+        raise GreenswardError(
+            "this process was forked from one that had drawn, and OpenGL drivers do not survive that: "
+            'start workers with multiprocessing.get_context("spawn"), or draw in the workers alone'
+        )
+
+
+_processes: set[int] = set()
+"""Processes up to this one that have had a context; a forked one inherits its parent's."""
+
+
+def _open_on(device: str) -> moderngl.Context:
     if sys.platform == "darwin":
         raise GreenswardError(
             "macOS offers OpenGL 4.1 at most and greensward needs 4.3: use Linux or Windows, "

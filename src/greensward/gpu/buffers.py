@@ -2,13 +2,13 @@
 
 import ctypes
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.device import Device
+from greensward.gpu.device import Device, Releasable
 from greensward.gpu.layouts import WORD
 
 _ARRAY_BUFFER, _R32UI, _RED_INTEGER, _UNSIGNED_INT = 0x8892, 0x8236, 0x8D94, 0x1405
@@ -21,13 +21,6 @@ class BufferRange:
     buffer: moderngl.Buffer
     offset: int
     size: int
-
-
-class Releasable(Protocol):
-    """GPU resource."""
-
-    def release(self) -> None:
-        """Free it."""
 
 
 def release_all(*resources: Releasable) -> None:

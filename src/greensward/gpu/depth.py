@@ -44,6 +44,12 @@ class ReversedDepth:
         reversed_[2] = 0.5 * (clip_from_world[3] - clip_from_world[2])
         return reversed_
 
+    def parallel_depth_m(self, near_m: float, far_m: float) -> tuple[float, float, float, float]:
+        """Depth in a parallel view drawn with such a matrix: x + y · clip z, or z + w · the fragment's."""
+        if self.available:
+            return far_m, near_m - far_m, far_m, near_m - far_m
+        return 0.5 * (near_m + far_m), 0.5 * (far_m - near_m), near_m, far_m - near_m
+
     @contextmanager
     def drawing(self) -> Iterator[None]:
         """Set clip space and depth test for such matrices inside."""

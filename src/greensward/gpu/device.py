@@ -6,23 +6,29 @@ import gc
 import os
 import threading
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import moderngl
 
-from greensward.gpu.adapters import DEVICE_VARIABLE, driver_name, is_software, open_context
+from greensward.gpu.adapters import (
+    DEVICE_VARIABLE,
+    driver_name,
+    is_software,
+    note_context,
+    open_context,
+    refuse_after_fork,
+)
+from greensward.gpu.current import context_kept, current_context
 from greensward.gpu.programs import ProgramPool
 from greensward.gpu.state import PreservedState
 from greensward.scene.errors import GreenswardError, InputError
 
 Stage = Literal["fragment", "compute"]
 """Shader stage that full-screen passes run in."""
-MOST_STORAGE_BLOCKS, MOST_IMAGES = 8, 4
-"""Storage blocks and images that a shader stage uses at most: what OpenGL 4.3 and WebGPU promise."""
 
 IMAGES_WRITTEN = (
     moderngl.TEXTURE_FETCH_BARRIER_BIT
@@ -36,6 +42,8 @@ STORAGE_WRITTEN = moderngl.SHADER_STORAGE_BARRIER_BIT
 COMMANDS_WRITTEN = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT
 """Barrier after a compute shader wrote arguments of indirect draws and dispatches."""
 
+_DRAW_FRAMEBUFFER_BINDING, _VIEWPORT, _DEPTH_RANGE = 0x8CA6, 0x0BA2, 0x0B70
+_CLIP_DEPTH_MODE, _ZERO_TO_ONE = 0x935D, 0x935F
 _TIME_ELAPSED, _QUERY_COUNTER_BITS = 0x88BF, 0x8864
 _STAGE_BLOCKS = {  # storage blocks of a stage
     "vertex": 0x90D6,
@@ -45,6 +53,13 @@ _STAGE_BLOCKS = {  # storage blocks of a stage
     "fragment": 0x90DA,
     "compute": 0x90DB,
 }
+
+
+class Releasable(Protocol):
+    """GPU resource."""
+
+    def release(self) -> None:
+        """Free it."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +100,10 @@ class Device:
         self.headless = ctx is None
         """The context is the device's own."""
         self.ctx: moderngl.Context = open_context(adapter) if ctx is None else ctx
+        note_context()
+        self._process, self._thread = os.getpid(), threading.get_ident()
+        self._handle = current_context().handle
+        self._forgotten: list[Sequence[Releasable]] = []
         self.preserves_state = preserve_state and not self.headless
         """The host's OpenGL state is read before and written back after each call."""
         if self.ctx.version_code < 430:
@@ -124,6 +143,7 @@ class Device:
         """
         devices: dict[bool, Device] = ctx.__dict__.setdefault("_greensward", {})
         if preserve_state not in devices:
+            refuse_after_fork()
             devices[preserve_state] = cls(ctx=ctx, preserve_state=preserve_state)
         return devices[preserve_state]
 
@@ -172,7 +192,36 @@ class Device:
     def make_current(self) -> None:
         """Make a headless context current, as another one may be."""
         if self.headless:
-            self.ctx.__enter__()  # type: ignore[no-untyped-call]
+            self._refuse_elsewhere()
+            now = current_context()
+            if now.handle is None or now.handle != self._handle:
+                now.leave()
+                self.ctx.__enter__()  # type: ignore[no-untyped-call]
+
+    def _refuse_elsewhere(self) -> None:
+        """Raise `GreenswardError` in another process or thread, or where the host's context is not current."""
+        if os.getpid() != self._process:
+            refuse_after_fork()
+        if self.headless:
+            if threading.get_ident() != self._thread:
+                raise GreenswardError(
+                    "a renderer is used in the thread that made it: OpenGL draws in one thread at a time; "
+                    "make one for each thread"
+                )
+        elif self._handle is not None and current_context().handle != self._handle:
+            raise GreenswardError(
+                "the OpenGL context that the renderer was made with is not current in this thread: "
+                "make it current before each call"
+            )
+
+    def forget(self, parts: Sequence[Releasable]) -> None:
+        """Free GPU resources, last first, when the context is used next; from any thread, at any time."""
+        self._forgotten.append(parts)
+
+    def _free_forgotten(self) -> None:
+        while self._forgotten:
+            for part in reversed(self._forgotten.pop()):
+                part.release()
 
     @contextmanager
     def use(self, *framebuffers: moderngl.Framebuffer) -> Iterator[None]:
@@ -181,20 +230,48 @@ class Device:
         moderngl keeps viewport and masks per framebuffer: name those that will be drawn into besides the bound
         one.
         """
+        self._refuse_elsewhere()
         self.units = [None] * len(self.units)
         if not self.headless:
             try:
                 with self.state.preserved(framebuffers, write_back=self.preserves_state):
+                    self._free_forgotten()
                     yield
             finally:
                 self.units = [None] * len(self.units)
             return
-        self.make_current()
-        bound = self.ctx.fbo
-        try:
-            yield
-        finally:
-            self.bind_again(bound)
+        with context_kept():
+            self.make_current()
+            bound = self.ctx.fbo
+            try:
+                self._free_forgotten()
+                yield
+            finally:
+                self.bind_again(bound)
+
+    def drawing_into(
+        self, framebuffer: moderngl.Framebuffer
+    ) -> tuple[tuple[int, int, int, int], bool, tuple[float, float]]:
+        """The viewport of a host's framebuffer, whether clip z is 0 to 1, and the depth range.
+
+        OpenGL has one viewport; moderngl sets each framebuffer's when that is bound.
+        """
+        self._refuse_elsewhere()
+        get, get_doubles = (
+            self.function(name, None, ctypes.c_uint, ctypes.c_void_p) for name in ("glGetIntegerv", "glGetDoublev")
+        )
+        integers, doubles = (ctypes.c_int * 4)(), (ctypes.c_double * 2)()
+        get(_DRAW_FRAMEBUFFER_BINDING, ctypes.addressof(integers))
+        viewport = framebuffer.viewport
+        if integers[0] == framebuffer.glo:
+            get(_VIEWPORT, ctypes.addressof(integers))
+            viewport = integers[0], integers[1], integers[2], integers[3]
+        zero_to_one = False
+        if self.features.clip_control:
+            get(_CLIP_DEPTH_MODE, ctypes.addressof(integers))
+            zero_to_one = integers[0] == _ZERO_TO_ONE
+        get_doubles(_DEPTH_RANGE, ctypes.addressof(doubles))
+        return viewport, zero_to_one, (doubles[0], doubles[1])
 
     def free_dropped(self, error: BaseException) -> None:
         """Free what constructors had made when this error left them: nobody holds it but the error's own frames."""
@@ -216,10 +293,14 @@ class Device:
         """Free the idle programs, and the context if it is the device's own."""
         for key in [key for key, shared in _SHARED.items() if shared is self]:
             del _SHARED[key]
+        before = current_context()
         self.make_current()
+        self._free_forgotten()
         self.programs.release()
         if self.headless:
             self.ctx.release()
+            if before.handle != self._handle:
+                before.enter()
 
 
 _SHARED: dict[tuple[int, int, str], Device] = {}

@@ -11,8 +11,9 @@ import moderngl
 import numpy as np
 
 from greensward.gpu.buffers import BufferRange
-from greensward.gpu.device import MOST_IMAGES, MOST_STORAGE_BLOCKS, Device
+from greensward.gpu.device import Device
 from greensward.gpu.layouts import BlockBuffer
+from greensward.gpu.limits import MOST_IMAGES, MOST_STORAGE_BLOCKS, MOST_TEXTURES, MOST_UNIFORM_BLOCKS
 from greensward.gpu.programs import is_image, is_opaque
 from greensward.gpu.shader_source import Source, assemble
 from greensward.scene.errors import GreenswardError
@@ -58,15 +59,14 @@ class _Bound:
         self._values: dict[str, bytes] = {}
         self._resources: dict[str, Callable[[Any], None]] = {}
         self._declared: set[str] | None = None
-        storage: list[str] = []
-        units = images = blocks = 0
+        storage = units = images = blocks = 0
         # moderngl writes no uniforms of integer images
         assign = device.function("glProgramUniform1i", None, ctypes.c_uint, ctypes.c_int, ctypes.c_int)
         for name, member in self._program.members.items():
             if isinstance(member, moderngl.StorageBlock):
-                member.binding = len(storage)
-                self._resources[name] = _storage(len(storage))
-                storage.append(name)
+                member.binding = storage
+                self._resources[name] = _storage(storage)
+                storage += 1
             elif isinstance(member, moderngl.UniformBlock):
                 member.binding = blocks
                 self._resources[name.removesuffix("Block")] = _block(blocks)
@@ -83,23 +83,26 @@ class _Bound:
                     self._resources[name] = _texture(device, units)
                     units += 1
         try:
-            self._refuse(storage, images)
+            self._refuse(storage, blocks, units, images)
         except BaseException:
             device.programs.give(self._program)
             raise
 
-    def _refuse(self, storage: list[str], images: int) -> None:
-        if len(storage) > MOST_STORAGE_BLOCKS or images > MOST_IMAGES:
-            raise BindingError(
-                f"{self.path}: must use at most {MOST_STORAGE_BLOCKS} storage blocks and {MOST_IMAGES} images "
-                f"(got {len(storage)} and {images})"
-            )
-        for stage, used in zip(self._stages(), self._program.storage_blocks, strict=True):
+    def _refuse(self, *used: int) -> None:
+        for kind, count, most in zip(
+            ("storage blocks", "uniform blocks", "textures", "images"),
+            used,
+            (MOST_STORAGE_BLOCKS, MOST_UNIFORM_BLOCKS, MOST_TEXTURES, MOST_IMAGES),
+            strict=True,
+        ):
+            if count > most:
+                raise BindingError(f"{self.path}: must use at most {most} {kind} (got {count})")
+        for stage, needed in zip(self._stages(), self._program.storage_blocks, strict=True):
             offered = self.device.limits.storage_blocks[stage]
-            if used > offered:
+            if needed > offered:
                 raise GreenswardError(
                     f"{self.device.name} offers {offered} storage blocks in {stage} shaders and {self.path} needs "
-                    f"{used}: update the graphics driver, or draw on the CPU with GREENSWARD_DEVICE=cpu"
+                    f"{needed}: update the graphics driver, or draw on the CPU with GREENSWARD_DEVICE=cpu"
                 )
 
     def _stages(self) -> Sequence[str]:

@@ -1,18 +1,23 @@
 """Preserve the OpenGL state of a host's context, and moderngl's own notes about it, while greensward draws in it.
 
-Left alone, because nothing here draws with them: viewports beyond the first, stencil functions, transform
-feedback, and the draw and read buffers of framebuffers.
+Left alone, because nothing here changes them: viewports beyond the first, stencil functions, transform feedback, the
+draw and read buffers of framebuffers, and what is bound where kernels bind nothing: textures of other kinds than 2D
+and 2D arrays, and units, blocks and images beyond those that kernels use.
 """
 
 import ctypes
-from collections.abc import Callable, Iterator
+import struct
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import moderngl
+import numpy as np
 
-State = dict[str, Any]
+from greensward.gpu.limits import MOST_IMAGES, MOST_STORAGE_BLOCKS, MOST_TEXTURES, MOST_UNIFORM_BLOCKS
+
 _UINT, _INT, _BOOL, _FLOAT, _DOUBLE = (
     ctypes.c_uint,
     ctypes.c_int,
@@ -20,6 +25,8 @@ _UINT, _INT, _BOOL, _FLOAT, _DOUBLE = (
     ctypes.c_float,
     ctypes.c_double,
 )
+_CODES = {_UINT: "I", _INT: "i", _BOOL: "i", _FLOAT: "f", _DOUBLE: "d"}
+"""Types in which the driver answers: booleans as integers."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +126,7 @@ _SWITCHES = {
     "sample_alpha_to_coverage": (0x809E, False),
     "sample_coverage": (0x80A0, False),
     "sample_shading": (0x8C36, False),
+    "sample_mask": (0x8E51, False),
     "framebuffer_srgb": (0x8DB9, False),
     "color_logic_op": (0x0BF2, False),
     "dither": (0x0BD0, True),
@@ -132,22 +140,14 @@ _SWITCHES = {
 } | {f"clip_distance{i}": (0x3000 + i, False) for i in range(8)}
 _BLEND, _COLOR_MASK = 0x0BE2, 0x0C23
 _BLEND_QUERIES = (0x80C9, 0x80C8, 0x80CB, 0x80CA, 0x8009, 0x883D)  # factors, then equations
-_FRESH_TARGET = (False, (0x0302, 0x0303, 0x0302, 0x0303), (0x8006, 0x8006), (1, 1, 1, 1))
-# texture target → what asks for its binding: 2D, 2D array, 3D, cube, buffer
-_TEXTURES = {0x0DE1: 0x8069, 0x8C1A: 0x8C1D, 0x806F: 0x806A, 0x8513: 0x8514, 0x8C2A: 0x8C2C}
+_TARGETS = 8  # draw buffers
+_TEXTURES = {"2d": (0x0DE1, 0x8069), "2d_array": (0x8C1A, 0x8C1D)}  # target, and what asks for its binding
 _ACTIVE_TEXTURE, _TEXTURE0, _SAMPLER_BINDING = 0x84E0, 0x84C0, 0x8919
-_BUFFERS = {  # name → target, what asks for buffer, start, size
-    "uniform_buffers": (0x8A11, 0x8A28, 0x8A29, 0x8A2A),
-    "shader_storage_buffers": (0x90D2, 0x90D3, 0x90D4, 0x90D5),
+_BUFFERS = {  # name → number of slots, target, what asks for buffer, start, size
+    "uniform_buffer": (MOST_UNIFORM_BLOCKS, 0x8A11, 0x8A28, 0x8A29, 0x8A2A),
+    "shader_storage_buffer": (MOST_STORAGE_BLOCKS, 0x90D2, 0x90D3, 0x90D4, 0x90D5),
 }
-_IMAGE_QUERIES = (
-    0x8F3A,
-    0x8F3B,
-    0x8F3C,
-    0x8F3D,
-    0x8F3E,
-    0x906E,
-)  # name, level, layered, layer, access, format
+_IMAGE_QUERIES = (0x8F3A, 0x8F3B, 0x8F3C, 0x8F3D, 0x8F3E, 0x906E)  # name, level, layered, layer, access, format
 _NO_IMAGE = (0, 0, 0, 0, 0x88B8, 0x8229)
 # state that moderngl itself keeps
 _NOTES = (
@@ -160,169 +160,252 @@ _NOTES = (
     "provoking_vertex",
     "depth_clamp_range",
 )
+_FLAGS = {
+    "blend0": moderngl.BLEND,
+    "depth_test": moderngl.DEPTH_TEST,
+    "cull_face": moderngl.CULL_FACE,
+    "rasterizer_discard": moderngl.RASTERIZER_DISCARD,
+    "program_point_size": moderngl.PROGRAM_POINT_SIZE,
+}
 _FRAMEBUFFER_NOTES = ("viewport", "color_mask", "depth_mask")
 
 
+class _Entry:
+    """Part of the state: where it is kept in memory, and what writes it."""
+
+    def __init__(
+        self,
+        name: str,
+        offset: int,
+        code: str,
+        write: Callable[..., Any],
+        fresh: Sequence[float] | None = None,
+    ) -> None:
+        self.name, self.offset, self.write = name, offset, write
+        self.struct = struct.Struct("=" + code)
+        self.end = offset + self.struct.size
+        self.fresh = None if fresh is None else self.struct.pack(*fresh)
+
+    def value(self, memory: bytes) -> tuple[float, ...]:
+        """Return what it was when the memory was filled."""
+        return self.struct.unpack_from(memory, self.offset)
+
+
+_Calls = list[tuple[Callable[..., Any], tuple[Sequence[Any], ...]]]
+
+
 class PreservedState:
-    """Reads and writes a context's state; made once per context, since finding the functions takes time."""
+    """Reads and writes a context's state; made once per context, since finding the functions takes time.
+
+    All of it is read into one piece of memory by `map`, which calls the driver without a step of Python's own
+    between; afterwards it is read again, and only what differs is written.
+    """
 
     def __init__(self, ctx: moderngl.Context, loader: Callable[..., Callable[..., Any]]) -> None:
-        def function(name: str, *kinds: Any, returns: Any = None) -> Callable[..., Any]:
-            return loader(name, returns, *kinds)
+        self._ctx, self._loader = ctx, loader
+        self._memory = (ctypes.c_char * 8192)()
+        self._start = ctypes.addressof(self._memory)
+        self._used = 0
+        self._entries: list[_Entry] = []
+        self._calls: _Calls = []
+        self._get_i_at = self._function("glGetIntegeri_v", _UINT, _UINT, ctypes.c_void_p)
+        self._get_l_at = self._function("glGetInteger64i_v", _UINT, _UINT, ctypes.c_void_p)
+        self._activate = self._function("glActiveTexture", _UINT)
+        # in the order of writing: a binding before what it decides
+        self._add_slots()
+        self._add_textures()
+        self._add_values()
+        self._add_switches()
+        self._add_targets()
+        self._entry = {entry.name: entry for entry in self._entries}
+        words = self._used // 4
+        self._fresh, self._is_fresh = np.zeros(words, np.uint32), np.zeros(words, np.bool_)
+        self._entry_of = np.full(words, -1)
+        for number, entry in enumerate(self._entries):
+            span = slice(entry.offset // 4, entry.end // 4)
+            self._entry_of[span] = number
+            if entry.fresh is not None:
+                self._fresh[span], self._is_fresh[span] = np.frombuffer(entry.fresh, np.uint32), True
 
-        self._ctx = ctx
+    def _function(self, name: str, *kinds: Any, returns: Any = None) -> Callable[..., Any]:
+        return self._loader(name, returns, *kinds)
 
-        # one piece of memory that every query writes into
-        self._memory = (ctypes.c_double * 8)()
-        self._at = ctypes.addressof(self._memory)
-        self._ints = (_INT * 16).from_buffer(self._memory)
-        self._longs = (ctypes.c_int64 * 8).from_buffer(self._memory)
-        self._floats = (_FLOAT * 16).from_buffer(self._memory)
-        self._get_i = function("glGetIntegerv", _UINT, ctypes.c_void_p)
-        self._get_i_at = function("glGetIntegeri_v", _UINT, _UINT, ctypes.c_void_p)
-        self._get_l_at = function("glGetInteger64i_v", _UINT, _UINT, ctypes.c_void_p)
-        get_f = function("glGetFloatv", _UINT, ctypes.c_void_p)
-        get_d = function("glGetDoublev", _UINT, ctypes.c_void_p)
-        self._enabled = function("glIsEnabled", _UINT, returns=_BOOL)
-        self._enabled_at = function("glIsEnabledi", _UINT, _UINT, returns=_BOOL)
-        self._switch = function("glDisable", _UINT), function("glEnable", _UINT)
-        self._switch_at = function("glDisablei", _UINT, _UINT), function("glEnablei", _UINT, _UINT)
-        self._blend_func = function("glBlendFuncSeparatei", *(_UINT,) * 5)
-        self._blend_equation = function("glBlendEquationSeparatei", *(_UINT,) * 3)
-        self._color_mask = function("glColorMaski", _UINT, *(_BOOL,) * 4)
-        self._activate = function("glActiveTexture", _UINT)
-        self._bind_texture = function("glBindTexture", _UINT, _UINT)
-        self._bind_sampler = function("glBindSampler", _UINT, _UINT)
-        self._bind_base = function("glBindBufferBase", *(_UINT,) * 3)
-        self._bind_range = function("glBindBufferRange", *(_UINT,) * 3, *(ctypes.c_ssize_t,) * 2)
-        self._bind_image = function("glBindImageTexture", _UINT, _UINT, _INT, _BOOL, _INT, _UINT, _UINT)
-        self._is_texture, self._is_sampler, self._is_buffer = (
-            function(name, _UINT, returns=_BOOL) for name in ("glIsTexture", "glIsSampler", "glIsBuffer")
+    def _reserve(self, code: str) -> tuple[int, int]:
+        """Offset in the memory and address of room for an answer."""
+        offset = self._used
+        self._used += struct.calcsize("=" + code)
+        return offset, self._start + offset
+
+    # What there is -----------------------------------------------------------------------------------------
+
+    def _add_values(self) -> None:
+        names = {_FLOAT: "glGetFloatv", _DOUBLE: "glGetDoublev"}
+        calls: dict[str, tuple[list[int], list[int]]] = {}
+        for value in _VALUES:
+            if value.needs and value.needs not in self._ctx.extensions:
+                continue
+            code = "".join(_CODES[kind] for kind in value.kinds)
+            offset, address = self._reserve(code)
+            if value.name == "polygon_mode":
+                self._reserve(code)  # some drivers answer for front and back
+            queries, addresses = calls.setdefault(names.get(value.kinds[0], "glGetIntegerv"), ([], []))
+            queries.extend(value.queries)
+            step = struct.calcsize("=" + code) // len(value.queries)
+            addresses.extend(address + i * step for i in range(len(value.queries)))
+            put = self._function(value.setter, *(_UINT,) * len(value.before), *value.kinds)
+            exists = self._function(value.exists, _UINT, returns=_BOOL) if value.exists else None
+            self._entries.append(_Entry(value.name, offset, code, _writer(put, value.before, exists), value.fresh))
+        for name, asked in calls.items():
+            self._calls.append((self._function(name, _UINT, ctypes.c_void_p), asked))
+
+    def _add_switches(self) -> None:
+        self._enabled = self._function("glIsEnabled", _UINT, returns=_BOOL)
+        self._enabled_at = self._function("glIsEnabledi", _UINT, _UINT, returns=_BOOL)
+        switch = self._function("glDisable", _UINT), self._function("glEnable", _UINT)
+        self._switches = [number for number, _ in _SWITCHES.values()]
+        self._switch_offset = self._used
+        for name, (number, fresh) in _SWITCHES.items():
+            offset, _ = self._reserve("i")
+            self._entries.append(_Entry(name, offset, "i", _switcher(switch, number), (int(fresh),)))
+
+    def _add_targets(self) -> None:
+        switch_at = self._function("glDisablei", _UINT, _UINT), self._function("glEnablei", _UINT, _UINT)
+        factors = self._function("glBlendFuncSeparatei", *(_UINT,) * 5)
+        equations = self._function("glBlendEquationSeparatei", *(_UINT,) * 3)
+        mask = self._function("glColorMaski", _UINT, *(_BOOL,) * 4)
+        queries: list[int] = []
+        indices: list[int] = []
+        addresses: list[int] = []
+        for index in range(_TARGETS):
+            offset, _ = self._reserve("i")
+            self._entries.append(_Entry(f"blend{index}", offset, "i", _switcher_at(switch_at, _BLEND, index), (0,)))
+        self._blend_offset = self._used - 4 * _TARGETS
+        for index in range(_TARGETS):
+            for name, code, put, asked in (
+                ("blend_factors", "4i", factors, _BLEND_QUERIES[:4]),
+                ("blend_equations", "2i", equations, _BLEND_QUERIES[4:]),
+                ("color_mask", "4i", mask, (_COLOR_MASK,)),
+            ):
+                if index and name != "color_mask":
+                    continue  # blending is into the first alone
+                offset, address = self._reserve(code)
+                fresh = (1, 1, 1, 1) if name == "color_mask" else None
+                self._entries.append(_Entry(f"{name}{index}", offset, code, _writer(put, (index,)), fresh))
+                queries.extend(asked)
+                indices.extend([index] * len(asked))
+                addresses.extend(address + 4 * i for i in range(len(asked)))
+        self._calls.append((self._get_i_at, (queries, indices, addresses)))
+
+    def _add_textures(self) -> None:
+        get = self._function("glGetIntegerv", _UINT, ctypes.c_void_p)
+        bind, sampler = self._function("glBindTexture", _UINT, _UINT), self._function("glBindSampler", _UINT, _UINT)
+        is_texture, is_sampler = (
+            self._function(name, _UINT, returns=_BOOL) for name in ("glIsTexture", "glIsSampler")
         )
-        getters: dict[Any, tuple[Callable[..., Any], Any, int]] = {
-            _FLOAT: (get_f, self._floats, 4),
-            _DOUBLE: (get_d, self._memory, 8),
-        }
-        self._values = [
-            (
-                value,
-                *getters.get(value.kinds[0], (self._get_i, self._ints, 4)),
-                function(value.setter, *(_UINT,) * len(value.before), *value.kinds),
-                function(value.exists, _UINT, returns=_BOOL) if value.exists else None,
-            )
-            for value in _VALUES
-            if not value.needs or value.needs in ctx.extensions
-        ]
         # moderngl makes and fills textures on its last unit
-        self._units = (*range(16), ctx.default_texture_unit)
-        self._targets = min(8, self._integer(0x8824))
-        self._slots = {
-            "uniform_buffers": min(16, self._integer(0x8A2F)),
-            "shader_storage_buffers": min(16, self._integer(0x90DD)),
-        }
-        self._images = min(8, self._integer(0x8F38))
-        self._fresh: State = {value.name: value.fresh for value, *_ in self._values if value.fresh is not None}
-        self._fresh |= {name: fresh for name, (_, fresh) in _SWITCHES.items()}
-        self._fresh |= {"targets": [_FRESH_TARGET] * self._targets, "samplers": [0] * len(self._units)}
+        self._units: list[tuple[int, list[int], list[int]]] = []
+        self._get_i = get
+        offset, self._active_at = self._reserve("I")
+        active_offset = offset
+        for unit in (*range(MOST_TEXTURES), self._ctx.default_texture_unit):
+            addresses = []
+            for name, (target, _) in _TEXTURES.items():
+                offset, address = self._reserve("I")
+                addresses.append(address)
+                self._entries.append(
+                    _Entry(f"bound_{name}{unit}", offset, "I", self._binder(bind, unit, target, is_texture))
+                )
+            offset, address = self._reserve("I")
+            self._entries.append(_Entry(f"sampler{unit}", offset, "I", _writer(sampler, (unit,), is_sampler), (0,)))
+            queries = [query for _, query in _TEXTURES.values()]
+            self._units.append((_TEXTURE0 + unit, [*queries, _SAMPLER_BINDING], [*addresses, address]))
+        self._entries.append(_Entry("active_texture", active_offset, "I", self._activate))
 
-    def read(self) -> State:
-        """The state as OpenGL reports it, by name."""
-        state: State = {}
-        for value, get, cells, width, *_ in self._values:
-            count = len(value.kinds)
-            for i, query in enumerate(value.queries):
-                get(query, self._at + i * width)
-            state[value.name] = tuple(cells[:count])
-        for name, (switch, _) in _SWITCHES.items():
-            state[name] = self._enabled(switch) != 0
-        state["targets"] = [self._read_target(i) for i in range(self._targets)]
-        state["active_texture"] = self._integer(_ACTIVE_TEXTURE)
-        textures, samplers = [], []
-        for unit in self._units:
+    def _binder(
+        self, bind: Callable[..., Any], unit: int, target: int, exists: Callable[..., Any]
+    ) -> Callable[..., None]:
+        def write(texture: int) -> None:
             self._activate(_TEXTURE0 + unit)
-            textures.append([self._integer(query) for query in _TEXTURES.values()])
-            samplers.append(self._integer(_SAMPLER_BINDING))
-        self._activate(state["active_texture"])
-        state["textures"], state["samplers"] = textures, samplers
-        for name, slots in self._slots.items():
-            state[name] = [self._read_buffer(name, slot) for slot in range(slots)]
-        state["images"] = [self._read_image(unit) for unit in range(self._images)]
-        return state
+            bind(target, texture if texture and exists(texture) else 0)
 
-    def _integer(self, query: int) -> int:
-        self._get_i(query, self._at)
-        return self._ints[0]
+        return write
 
-    def _integer_at(self, query: int, index: int) -> int:
-        self._get_i_at(query, index, self._at)
-        return self._ints[0]
+    def _add_slots(self) -> None:
+        """Bindings by number: buffers with their extent, and images."""
+        base = self._function("glBindBufferBase", *(_UINT,) * 3)
+        part = self._function("glBindBufferRange", *(_UINT,) * 3, *(ctypes.c_ssize_t,) * 2)
+        image = self._function("glBindImageTexture", _UINT, _UINT, _INT, _BOOL, _INT, _UINT, _UINT)
+        is_buffer, is_texture = (self._function(name, _UINT, returns=_BOOL) for name in ("glIsBuffer", "glIsTexture"))
+        self._slots: list[tuple[int, int, tuple[int, ...], Callable[..., Any]]] = []
+        queries: list[int] = []
+        indices: list[int] = []
+        addresses: list[int] = []
+        for name, (count, target, binding, *extent) in _BUFFERS.items():
+            for slot in range(count):
+                offset, address = self._reserve("3q")
+                write = _buffer_writer(base, part, is_buffer, target, slot)
+                self._entries.append(_Entry(f"{name}{slot}", offset, "3q", write))
+                self._slots.append((offset, slot, tuple(extent), self._get_l_at))
+                queries.append(binding)
+                indices.append(slot)
+                addresses.append(address)
+        for unit in range(MOST_IMAGES):
+            offset, address = self._reserve("6i")
+            self._entries.append(_Entry(f"image{unit}", offset, "6i", _image_writer(image, is_texture, unit)))
+            self._slots.append((offset, unit, _IMAGE_QUERIES[1:], self._get_i_at))
+            queries.append(_IMAGE_QUERIES[0])
+            indices.append(unit)
+            addresses.append(address)
+        self._calls.append((self._get_i_at, (queries, indices, addresses)))
 
-    def _read_target(self, index: int) -> tuple[bool, tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
-        blend = [self._integer_at(query, index) for query in _BLEND_QUERIES]
-        self._get_i_at(_COLOR_MASK, index, self._at)
-        mask = tuple(self._ints[:4])
-        return self._enabled_at(_BLEND, index) != 0, tuple(blend[:4]), tuple(blend[4:]), mask
+    # Reading and writing -----------------------------------------------------------------------------------
 
-    def _read_buffer(self, name: str, slot: int) -> tuple[int, int, int]:
-        _, binding, *extent = _BUFFERS[name]
-        buffer = self._integer_at(binding, slot)
-        if not buffer:
-            return 0, 0, 0
-        start, size = (self._long_at(query, slot) for query in extent)
-        return buffer, start, size
+    def _read(self) -> bytes:
+        memory, start = self._memory, self._start
+        for call, arguments in self._calls:
+            deque(map(call, *arguments), maxlen=0)
+        for at, count, answers in (
+            (self._switch_offset, len(self._switches), map(self._enabled, self._switches)),
+            (self._blend_offset, _TARGETS, map(self._enabled_at, [_BLEND] * _TARGETS, range(_TARGETS))),
+        ):
+            struct.pack_into(f"={count}i", memory, at, *answers)
+        for offset, slot, queries, get in self._slots:
+            width = 8 if get is self._get_l_at else 4
+            if any(memory[offset : offset + 4]):
+                for i, query in enumerate(queries, 1):
+                    get(query, slot, start + offset + i * width)
+            else:
+                ctypes.memset(start + offset, 0, width * (len(queries) + 1))
+        self._get_i(_ACTIVE_TEXTURE, self._active_at)
+        active = ctypes.c_uint.from_address(self._active_at).value
+        for unit, asked, addresses in self._units:
+            self._activate(unit)
+            deque(map(self._get_i, asked, addresses), maxlen=0)
+        self._activate(active)
+        return ctypes.string_at(start, self._used)
 
-    def _long_at(self, query: int, index: int) -> int:
-        self._get_l_at(query, index, self._at)
-        return self._longs[0]
+    def _write_entries(self, which: Any, wanted: bytes) -> None:
+        moved = False
+        for number in np.unique(self._entry_of[which]).tolist():
+            if number < 0:
+                continue  # the second answer
+            entry = self._entries[number]
+            entry.write(*entry.value(wanted))
+            moved = moved or entry.name.startswith("bound_")
+        if moved:
+            self._activate(ctypes.c_uint.from_buffer_copy(wanted, self._active_at - self._start).value)
 
-    def _read_image(self, unit: int) -> tuple[int, ...]:
-        if not self._integer_at(_IMAGE_QUERIES[0], unit):
-            return _NO_IMAGE
-        return tuple(self._integer_at(query, unit) for query in _IMAGE_QUERIES)
+    def _freshen(self, now: bytes) -> None:
+        """Change the state, as it is now, to one like a new context's in all that changes how something is drawn."""
+        words = np.frombuffer(now, np.uint32)
+        fresh = np.where(self._is_fresh, self._fresh, words)
+        self._write_entries(fresh != words, fresh.tobytes())
 
-    def freshen(self, state: State) -> None:
-        """Change the given state to one like a new context's, in all that can change how something is drawn."""
-        self.write({name: value for name, value in self._fresh.items() if value != state[name]})
-
-    def write(self, state: State) -> None:
-        """Make the state so; names left out stay as they are. Objects deleted since are unbound."""
-        for name in self._slots:
-            for slot, binding in enumerate(state.get(name, ())):
-                self._write_buffer(_BUFFERS[name][0], slot, *binding)
-        for unit, image in enumerate(state.get("images", ())):
-            self._bind_image(unit, *(image if self._is_texture(image[0]) else _NO_IMAGE))
-        for unit, sampler in zip(self._units, state.get("samplers", ()), strict=False):
-            self._bind_sampler(unit, sampler and sampler * self._is_sampler(sampler))
-        for unit, textures in zip(self._units, state.get("textures", ()), strict=False):
-            self._activate(_TEXTURE0 + unit)
-            for target, texture in zip(_TEXTURES, textures, strict=True):
-                self._bind_texture(target, texture and texture * self._is_texture(texture))
-        if "active_texture" in state:
-            self._activate(state["active_texture"])
-        for value, _, _, _, put, exists in self._values:
-            if value.name in state:
-                now = state[value.name]
-                put(*value.before, *((0,) if exists and now[0] and not exists(now[0]) else now))
-        for name, (switch, _) in _SWITCHES.items():
-            if name in state:
-                self._switch[state[name]](switch)
-        for index, (blend, factors, equations, mask) in enumerate(state.get("targets", ())):
-            self._switch_at[blend](_BLEND, index)
-            self._blend_func(index, *factors)
-            self._blend_equation(index, *equations)
-            self._color_mask(index, *mask)
-
-    def _write_buffer(self, target: int, slot: int, buffer: int, start: int, size: int) -> None:
-        if not (buffer and self._is_buffer(buffer)):
-            self._bind_base(target, slot, 0)
-        elif size:
-            self._bind_range(target, slot, buffer, start, size)
-        else:
-            self._bind_base(target, slot, buffer)
-
-    def snapshot(self) -> State:
-        """All that `preserved` preserves, by name; equal dictionaries mean equal state."""
-        return self.read() | {"moderngl": _read_notes(self._ctx, ())}
+    def snapshot(self) -> dict[str, Any]:
+        """Read all that `preserved` preserves, by name; equal dictionaries mean equal state."""
+        memory = self._read()
+        state: dict[str, Any] = {entry.name: entry.value(memory) for entry in self._entries}
+        return state | {"moderngl": _read_notes(self._ctx, ())}
 
     @contextmanager
     def preserved(
@@ -330,24 +413,62 @@ class PreservedState:
     ) -> Iterator[None]:
         """Start from the state of a new context; afterwards everything is as the host had it, errors or not.
 
-        Without `write_back` only what moderngl does not set itself starts fresh, and stays as it is left.
+        Objects deleted meanwhile are unbound. Without `write_back` only what moderngl does not set itself starts
+        fresh, and stays as it is left.
         """
         if not write_back:
-            self.write(self._fresh)
+            self._write_entries(self._is_fresh, self._fresh.tobytes())
             self._ctx.mglo.enable_only(moderngl.NOTHING)
             yield
             return
-        state, notes = self.read(), _read_notes(self._ctx, framebuffers)
+        before, notes = self._read(), _read_notes(self._ctx, framebuffers)
         try:
-            self.freshen(state)
+            self._freshen(before)
             self._ctx.mglo.enable_only(moderngl.NOTHING)
             yield
         finally:
-            _write_notes(self._ctx, notes, state)
-            self.write(state)
+            _write_notes(self._ctx, notes, lambda name: self._entry[name].value(before)[0] != 0)
+            differs = np.frombuffer(before, np.uint32) != np.frombuffer(self._read(), np.uint32)
+            self._write_entries(differs, before)
 
 
-def _read_notes(ctx: moderngl.Context, framebuffers: tuple[moderngl.Framebuffer, ...]) -> State:
+def _writer(
+    put: Callable[..., Any], first: tuple[int, ...], exists: Callable[..., Any] | None = None
+) -> Callable[..., None]:
+    if exists is None:
+        return lambda *values: put(*first, *values)
+    return lambda name: put(*first, name if name and exists(name) else 0)
+
+
+def _switcher(switch: tuple[Callable[..., Any], Callable[..., Any]], number: int) -> Callable[..., None]:
+    return lambda enabled: switch[enabled](number)
+
+
+def _switcher_at(
+    switch: tuple[Callable[..., Any], Callable[..., Any]], number: int, index: int
+) -> Callable[..., None]:
+    return lambda enabled: switch[enabled](number, index)
+
+
+def _buffer_writer(
+    base: Callable[..., Any], part: Callable[..., Any], exists: Callable[..., Any], target: int, slot: int
+) -> Callable[..., None]:
+    def write(buffer: int, start: int, size: int) -> None:
+        if not (buffer and exists(buffer)):
+            base(target, slot, 0)
+        elif size:
+            part(target, slot, buffer, start, size)
+        else:
+            base(target, slot, buffer)
+
+    return write
+
+
+def _image_writer(put: Callable[..., Any], exists: Callable[..., Any], unit: int) -> Callable[..., None]:
+    return lambda *image: put(unit, *(image if image[0] and exists(image[0]) else _NO_IMAGE))
+
+
+def _read_notes(ctx: moderngl.Context, framebuffers: tuple[moderngl.Framebuffer, ...]) -> dict[str, Any]:
     bound = ctx.mglo.fbo
     return {
         "fbo": ctx.fbo,
@@ -361,21 +482,14 @@ def _read_notes(ctx: moderngl.Context, framebuffers: tuple[moderngl.Framebuffer,
     }
 
 
-def _write_notes(ctx: moderngl.Context, notes: State, state: State) -> None:
+def _write_notes(ctx: moderngl.Context, notes: dict[str, Any], was_on: Callable[[str], bool]) -> None:
     """Most setters also call OpenGL, so this comes before the state itself."""
     ctx.fbo = notes["fbo"]
     ctx.mglo.fbo = bound = notes["bound"]
     if bound.scissor != notes["scissor"]:
-        bound.scissor = notes["scissor"] if state["scissor_test"] else None
+        bound.scissor = notes["scissor"] if was_on("scissor_test") else None
     for owner, saved in ((ctx.mglo, notes["context"]), *notes["framebuffers"]):
         for name, value in saved.items():
             if getattr(owner, name) != value:
                 setattr(owner, name, value)
-    flags = {
-        moderngl.BLEND: state["targets"][0][0],
-        moderngl.DEPTH_TEST: state["depth_test"],
-        moderngl.CULL_FACE: state["cull_face"],
-        moderngl.RASTERIZER_DISCARD: state["rasterizer_discard"],
-        moderngl.PROGRAM_POINT_SIZE: state["program_point_size"],
-    }
-    ctx.mglo.enable_only(sum(flag for flag, enabled in flags.items() if enabled))
+    ctx.mglo.enable_only(sum(flag for name, flag in _FLAGS.items() if was_on(name)))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -38,11 +39,17 @@ VIEW_BLOCK = block(
     ("eye_rs", "vec4"),  # perspective: xyz, 1. Parallel: the direction towards the viewer, 0
     ("axis_rs", "vec4"),  # unit view axis, and its offset: depth = dot(axis, p) + w
     ("eye_ws", "vec4"),
-    ("camera_ws", "vec4"),  # where the picture is taken from, also while a shadow map is drawn; w: its pixel at 1 m
+    ("camera_ws", "vec4"),  # where the picture is taken from, also while a shadow map is drawn
     ("size_px", "vec4"),  # width, height and their inverses
-    ("corner_ray", "vec4"),  # rays one metre deep: through the middle of the picture,
+    ("middle_ray", "vec4"),  # rays one metre deep: through the middle of the picture,
     ("right_ray", "vec4"),  # and what half its width
     ("up_ray", "vec4"),  # and half its height add
+    ("middle_start_rs", "vec4"),  # where they start, at depth 0, likewise: perspective rays at the eye
+    ("right_start", "vec4"),
+    ("up_start", "vec4"),
+    ("parallel_depth_m", "vec4"),  # depth in a parallel view: x + y * clip z, or z + w * the fragment's
+    ("range_m", "vec2"),  # depths between which anything shows
+    ("camera_pixel_m", "vec2"),  # as pixel_m, of the picture that the camera takes
     ("jitter", "vec2"),  # of this sample, in clip space
     ("pixel_m", "vec2"),  # a pixel's size at depth d is x * d + y
     ("density", "float"),  # part of the blades to draw; the rest are widened
@@ -62,15 +69,18 @@ class View:
     camera_ws: npt.NDArray[np.float64]
     size_px: tuple[int, int]
     pixel_m: tuple[float, float]
-    camera_pixel_m: float
-    """A pixel of the picture a metre from the camera."""
+    """Size of a pixel at depth d: the first times d, and the second."""
+    camera_pixel_m: tuple[float, float]
+    """The same of the picture that the camera takes, by distance."""
     density: float = 1.0
     clip_below_m: float = -1e9
     """Height in the world below which nothing shows; a mirrored view must leave out what lies under water."""
     low_detail: bool = False
     """True where only blades of the density map's low-detail subset show."""
     rays_ws: Matrix = field(default_factory=lambda: np.zeros((3, 3)))
-    """Rows: through the middle of a perspective picture, and what half its width and height add."""
+    """Rows: a ray one metre deep through the middle of the picture, and what half its width and height add."""
+    starts_ws: Matrix = field(default_factory=lambda: np.zeros((3, 3)))
+    """Rows: where that ray starts, at depth 0, and what half the picture's width and height add."""
 
     def planes_ws(self) -> Matrix:
         """The six clip planes, rows (nx, ny, nz, d), inside where n·p + d ≥ 0 (Gribb & Hartmann 2001)."""
@@ -101,7 +111,7 @@ class View:
         return result
 
     def mirrored(self, level_m: float, size_px: tuple[int, int]) -> "View":
-        """A perspective view of the world as a level plane mirrors it.
+        """The view of the world as a level plane mirrors it.
 
         In its picture, of this size, a point lies where its image lies in the picture of this view.
         """
@@ -115,19 +125,27 @@ class View:
             eye_ws=flip @ self.eye_ws,
             axis_ws=np.array([x, -y, z, w + 2.0 * level_m * y]),
             size_px=size_px,
-            pixel_m=(self.pixel_m[0] * larger, self.pixel_m[1]),
-            camera_pixel_m=self.camera_pixel_m * larger,
-            rays_ws=self.rays_ws * np.array([1.0, -1.0, 1.0]),
+            pixel_m=(self.pixel_m[0] * larger, self.pixel_m[1] * larger),
+            camera_pixel_m=(self.camera_pixel_m[0] * larger, self.camera_pixel_m[1] * larger),
+            rays_ws=self.rays_ws @ flip[:3, :3],
+            starts_ws=self.starts_ws @ flip[:3, :3] + np.outer([1.0, 0.0, 0.0], flip[:3, 3]),
             clip_below_m=level_m,
             low_detail=True,
         )
 
     @property
+    def is_parallel(self) -> bool:
+        """True if its rays are parallel."""
+        return bool(self.eye_ws[3] == 0.0)
+
+    @cached_property
     def near_and_far_m(self) -> tuple[float, float]:
-        """Depths between which a perspective view shows anything: clip z is a · depth + b."""
-        z, w = self.clip_from_world[2], self.clip_from_world[3]
-        a = float(z[:3] @ w[:3])
-        b = float(z[3] - a * w[3])
+        """Depths between which the view shows anything: clip z is a · depth + b, and clip w the depth or 1."""
+        z, axis = self.clip_from_world[2], self.axis_ws
+        a = float(z[:3] @ axis[:3])
+        b = float(z[3] - a * axis[3])
+        if self.is_parallel:
+            return (-1.0 - b) / a, (1.0 - b) / a
         return -b / (1.0 + a), b / (1.0 - a)
 
 
@@ -148,11 +166,16 @@ def view_values(view: View, previous: View, offset_px: tuple[float, float] = (0.
         "eye_rs": (*(view.eye_ws[:3] - origin * view.eye_ws[3]), view.eye_ws[3]),
         "axis_rs": (*view.axis_ws[:3], view.axis_ws[:3] @ origin + view.axis_ws[3]),
         "eye_ws": (*(view.eye_ws[:3] - anchor * view.eye_ws[3]), view.eye_ws[3]),
-        "camera_ws": (*(view.camera_ws - anchor), view.camera_pixel_m),
+        "camera_ws": (*(view.camera_ws - anchor), 1.0),
         "size_px": (width, height, 1.0 / width, 1.0 / height),
-        "corner_ray": (*view.rays_ws[0], 0.0),
+        "middle_ray": (*view.rays_ws[0], 0.0),
         "right_ray": (*view.rays_ws[1], 0.0),
         "up_ray": (*view.rays_ws[2], 0.0),
+        "middle_start_rs": (*(view.starts_ws[0] - origin), 1.0),
+        "right_start": (*view.starts_ws[1], 0.0),
+        "up_start": (*view.starts_ws[2], 0.0),
+        "range_m": view.near_and_far_m,
+        "camera_pixel_m": view.camera_pixel_m,
         "jitter": jitter,
         "pixel_m": view.pixel_m,
         "density": view.density,
@@ -181,18 +204,19 @@ def look_at(position: npt.ArrayLike, target: npt.ArrayLike) -> Matrix:
     return matrix
 
 
-def perspective(fov_y_deg: float, aspect: float, near: float, far: float) -> Matrix:
-    """`clip_from_view` of OpenGL's −1 to 1 clip space."""
-    f = 1.0 / np.tan(np.radians(fov_y_deg) / 2.0)
-    matrix = np.zeros((4, 4))
-    matrix[0, 0], matrix[1, 1] = f / aspect, f
-    matrix[2, 2:] = (far + near) / (near - far), 2.0 * far * near / (near - far)
-    matrix[3, 2] = -1.0
-    return matrix
+def rolled(view_from_world: Matrix, roll_deg: float) -> Matrix:
+    """The same of a camera turned about its axis, clockwise as it sees."""
+    if not roll_deg:
+        return view_from_world
+    cos, sin = np.cos(np.radians(roll_deg)), np.sin(np.radians(roll_deg))
+    turn = np.eye(4)
+    turn[:2, :2] = [[cos, -sin], [sin, cos]]
+    result: Matrix = turn @ view_from_world
+    return result
 
 
-def orthographic(half_width: float, near: float, far: float) -> Matrix:
-    """`clip_from_view` of a square parallel view."""
+def parallel(half_width: float, near: float, far: float) -> Matrix:
+    """`clip_from_view` of a square parallel view, of OpenGL's −1 to 1 clip space."""
     matrix = np.diag([1.0 / half_width, 1.0 / half_width, -2.0 / (far - near), 1.0])
     matrix[2, 3] = -(far + near) / (far - near)
     return matrix

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Bindings
-from greensward.gpu.view import View, anchored, look_at, orthographic
+from greensward.gpu.view import View, anchored, look_at, parallel
 from greensward.passes.light import to_sun
 from greensward.scene import Scene
 from greensward.scene.field import MOST_CASCADES
@@ -67,7 +67,7 @@ class ShadowMaps:
         depth = 2.0 * radius_m + (relief + 30.0) / max(math.sin(math.radians(scene.sun.elevation_deg)), 0.05)
         shift = np.eye(4)
         shift[:3, 3] = -in_light
-        clip_from_view = orthographic(radius_m, -depth, depth)
+        clip_from_view = parallel(radius_m, -depth, depth)
         return View(
             purpose="shadow",
             clip_from_world=clip_from_view @ shift @ rotation,

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from greensward.scene.base import Flag, Model, Number, Point, default
+from greensward.scene.base import Count, Flag, Many, Model, Number, OptionalPair, Point, default
 
 
 class Sun(Model):
@@ -53,8 +53,13 @@ class Phong(Model):
         return self
 
 
+_Focal = Annotated[Number, Field(gt=0, le=1e7)]
+_Principal = Annotated[Number, Field(ge=-1e6, le=1e6)]
+_WIDEST_PINHOLE_DEG = 170.0
+
+
 class Camera(Model):
-    """A pinhole camera."""
+    """A camera. `animate`, the viewer and `draw` need one without distortion that is no fisheye."""
 
     position_m: Point = default((0.0, 1.7, 8.0))
     """Position."""
@@ -62,8 +67,29 @@ class Camera(Model):
     """Point that it looks at."""
     height_above_ground: Flag = True
     """True if the y of position and target is above the ground below each."""
-    fov_y_deg: Number = Field(default=50.0, gt=0.1, lt=170)
-    """Vertical field of view."""
+    roll_deg: Number = Field(default=0.0, ge=-360, le=360)
+    """Turn about the line of sight, clockwise as the camera sees it; 0 is level."""
+    projection: Literal["perspective", "orthographic", "fisheye"] = "perspective"
+    """`perspective` is a pinhole, `orthographic` has parallel rays, and in a `fisheye` the distance from the middle
+    grows with the angle (equidistant)."""
+    fov_y_deg: Number = Field(default=50.0, gt=0.1, le=360)
+    """Vertical field of view; below 170 unless it is a fisheye."""
+    view_height_m: Number = Field(default=20.0, gt=0, le=100_000)
+    """Height of what an orthographic picture shows."""
+    fx_px: _Focal | None = None
+    """Focal length along x, in pixels; of a fisheye in pixels per radian, of an orthographic picture in pixels per
+    metre. It replaces `fov_y_deg` and `view_height_m`."""
+    fy_px: _Focal | None = None
+    """The same along y. Left out, it is that of `fx_px`."""
+    cx_px: _Principal | None = None
+    """Principal point, from the centre of the leftmost pixels to the right. Left out, it is the middle."""
+    cy_px: _Principal | None = None
+    """Principal point, from the centre of the topmost pixels down. Left out, it is the middle."""
+    calibrated_px: OptionalPair[Count] = default(None)
+    """Width and height of the pictures that these four were measured in; in a larger picture of the same shape they
+    grow with it. Left out, they are of the picture that is drawn."""
+    distortion: Annotated[Many[Number], Field(max_length=5)] = default(())
+    """Distortion of the lens, k1, k2, p1, p2, k3, as OpenCV has them. Those left out are 0."""
     near_m: Number = Field(default=0.1, gt=0, le=1000)
     """Nothing nearer is drawn."""
     far_m: Number = Field(default=5000.0, gt=0, le=1_000_000)
@@ -76,6 +102,26 @@ class Camera(Model):
         if self.position_m == self.target_m:
             raise ValueError("target_m must differ from position_m")
         return self
+
+    @model_validator(mode="after")
+    def _has_one_lens(self) -> Self:
+        if self.projection == "perspective" and self.fov_y_deg >= _WIDEST_PINHOLE_DEG:
+            raise ValueError(
+                f'fov_y_deg must be below {_WIDEST_PINHOLE_DEG:g} (got {self.fov_y_deg:g}), or projection = "fisheye"'
+            )
+        others = {name for name in ("fy_px", "cx_px", "cy_px", "calibrated_px") if getattr(self, name) is not None}
+        if others and self.fx_px is None:
+            raise ValueError(f"{min(others)} needs fx_px")
+        if any(self.distortion) and self.projection != "perspective":
+            raise ValueError(f'distortion is for projection = "perspective" (got "{self.projection}")')
+        if self.calibrated_px is not None and min(self.calibrated_px) < 1:
+            raise ValueError(f"calibrated_px must be at least 1 each way (got {list(self.calibrated_px)})")
+        return self
+
+    @property
+    def is_straight(self) -> bool:
+        """True if straight lines are straight in its pictures: it is no fisheye and does not distort."""
+        return self.projection != "fisheye" and not any(self.distortion)
 
 
 class Post(Model):

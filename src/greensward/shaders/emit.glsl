@@ -29,5 +29,9 @@ void emitSurface(Surface s, float depth_m) {
     surface_out = packSurface(s.surfaceClass, s.bladeNumber, depth_m);
 }
 
-void emitSurface(Surface s) { emitSurface(s, 1.0 / gl_FragCoord.w); }
+float fragmentDepth() {
+    return view.eye_rs.w > 0.0 ? 1.0 / gl_FragCoord.w : view.parallel_depth_m.z + view.parallel_depth_m.w * gl_FragCoord.z;
+}
+
+void emitSurface(Surface s) { emitSurface(s, fragmentDepth()); }
 #endif

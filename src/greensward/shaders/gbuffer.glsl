@@ -38,10 +38,18 @@ uint classAt(ivec2 pixel) { return surfaceClassOf(texelFetch(gbuffer_surface, pi
 
 float depthAt(ivec2 pixel) { return depthOf(texelFetch(gbuffer_surface, pixel, 0).rg); }
 
-// From the eye through the pixel's sample, one metre along the view axis
+vec2 sampleOf(ivec2 pixel) { return (vec2(pixel) + 0.5) * view.size_px.zw * 2.0 - 1.0 - view.jitter; }
+
+// Through the pixel's sample, one metre along the view axis
 vec3 rayThrough(ivec2 pixel) {
-    vec2 ndc = (vec2(pixel) + 0.5) * view.size_px.zw * 2.0 - 1.0 - view.jitter;
-    return view.corner_ray.xyz + ndc.x * view.right_ray.xyz + ndc.y * view.up_ray.xyz;
+    vec2 ndc = sampleOf(pixel);
+    return view.middle_ray.xyz + ndc.x * view.right_ray.xyz + ndc.y * view.up_ray.xyz;
 }
 
-vec3 worldAt(ivec2 pixel) { return view.eye_ws.xyz + rayThrough(pixel) * depthAt(pixel); }
+// Where that ray starts, at depth 0, in relative space: the eye, or in a parallel view a point beside it
+vec3 startOf(ivec2 pixel) {
+    vec2 ndc = sampleOf(pixel);
+    return view.middle_start_rs.xyz + ndc.x * view.right_start.xyz + ndc.y * view.up_start.xyz;
+}
+
+vec3 worldAt(ivec2 pixel) { return view.origin_ws.xyz + startOf(pixel) + rayThrough(pixel) * depthAt(pixel); }

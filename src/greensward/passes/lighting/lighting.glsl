@@ -113,7 +113,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 sky = skyIrradiance(n);
     colour += (albedo * sky + through * skyIrradiance(-n) * 0.7) / PI * open;
 #endif
-    float away = length(p - view.eye_ws.xyz);
+    float away = depthAt(pixel) * length(rayThrough(pixel));
     // Jahrmann & Wimmer 2013, section 6.4: a penalty on the material with distance
     if (classAt(pixel) != CLASS_OBJECT) colour *= 1.0 - light.darkening * min(away / light.darkening_m, 1.0);
     result[0] = vec4(throughAir(colour, ray, away), 1.0);

@@ -1,4 +1,7 @@
-"""Tone mapping: from radiance to the picture, averaged over samples and encoded, or into a host's framebuffer."""
+"""Tone mapping: from radiance to a picture, averaged over samples and encoded."""
+
+from dataclasses import dataclass
+from typing import Literal
 
 import moderngl
 import numpy as np
@@ -7,56 +10,106 @@ import numpy.typing as npt
 from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device, Stage
 from greensward.gpu.full_screen import FullScreenPass
-from greensward.gpu.kernels import Bindings, Draw
-from greensward.scene import Camera
+from greensward.gpu.kernels import Bindings
+from greensward.scene.classes import SurfaceClass
+
+Encoding = Literal["srgb", "linear", "hdr"]
+"""Numbers of a picture: sRGB, the same in linear light, or radiance before exposure and tone curve."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """Parts of the scene that a picture shows, and their encoding."""
+
+    encoding: Encoding = "srgb"
+    sky: bool = True
+    ground: bool = True
+
+    @property
+    def is_whole(self) -> bool:
+        """True if every pixel shows the scene."""
+        return self.sky and self.ground
+
+    @property
+    def hidden(self) -> int:
+        """Bits of the classes that are left out."""
+        return (0 if self.sky else 1 << SurfaceClass.SKY) | (0 if self.ground else 1 << SurfaceClass.GROUND)
 
 
 class Post:
-    """Tone mapping, accumulation and encoding."""
+    """Tone mapping, accumulation and encoding, by the look of the picture."""
 
     def __init__(
         self, device: Device, bindings: Bindings, size: tuple[int, int], stage: Stage | None, *, averaged: bool
     ) -> None:
-        self._ctx = device.ctx
-        defines = {"AVERAGED": int(averaged)}
-        self._tone = FullScreenPass(
-            device, "passes/post/tone.glsl", ["f4"], stage=stage, defines=defines, bindings=bindings
-        )
-        self._encode = FullScreenPass(device, "passes/post/encode.glsl", ["f1"], stage=stage)
-        self._blit = Draw(device, "shaders/screen.vert", "passes/post/blit.frag", bindings=bindings)
+        self._device, self._ctx = device, device.ctx
+        self._stage, self._bindings, self._averaged = stage, bindings, averaged
+        self._passes: dict[tuple[str, bool, bool], FullScreenPass] = {}
+        self._tone(Look())
+        self._encoding(Look())
         self._allocate(size)
+
+    def _tone(self, look: Look) -> FullScreenPass:
+        return self._pass("tone", ["f4"] if look.is_whole else ["f4", "f4"], look, look.encoding == "hdr")
+
+    def _encoding(self, look: Look) -> FullScreenPass:
+        return self._pass("encode", ["f1"], look, False)
+
+    def _pass(self, name: str, dtypes: list[str], look: Look, radiance: bool) -> FullScreenPass:
+        """The pass of a look. One that few programs want is compiled when it is first asked for."""
+        key = name, radiance, look.is_whole
+        if key not in self._passes:
+            defines: dict[str, int] = {"AVERAGED": int(self._averaged)} if name == "tone" else {}
+            defines |= {"RADIANCE": 1} if radiance else {}
+            defines |= {} if look.is_whole else {"CUT_OUT": 1}
+            self._passes[key] = FullScreenPass(
+                self._device,
+                f"passes/post/{name}.glsl",
+                dtypes,
+                stage=self._stage,
+                defines=defines,
+                bindings=self._bindings,
+            )
+        return self._passes[key]
 
     def _allocate(self, size: tuple[int, int]) -> None:
         self._average = [self._ctx.texture(size, 4, dtype="f4") for _ in range(2)]
         self._picture = self._ctx.texture(size, 4, dtype="f1")
+        self._depths: list[moderngl.Texture] = []
 
-    def accumulate(self, radiance: moderngl.Texture, sample: int) -> moderngl.Texture:
-        """Tone one sample; returns the average with those before it, or it alone if samples are not `averaged`."""
+    def accumulate(self, radiance: moderngl.Texture, sample: int, look: Look) -> moderngl.Texture:
+        """Tone one sample; returns the average with those before it, or it alone if samples are not `averaged`.
+
+        Where classes are left out, its alpha is the part of the samples that show something.
+        """
         average, target = self._average[(sample + 1) % 2], self._average[sample % 2]
-        self._tone.run(target, radiance=radiance, average=average)
+        if look.is_whole:
+            self._tone(look).run(target, radiance=radiance, average=average)
+            return target
+        if not self._depths:
+            self._depths = [self._ctx.texture(target.size, 4, dtype="f4") for _ in range(2)]
+        before, now = self._depths[(sample + 1) % 2], self._depths[sample % 2]
+        self._tone(look).run(target, now, radiance=radiance, average=average, shown_depth=before, hidden=look.hidden)
+        self._shown_depth = now
         return target
 
-    def encode(self, picture: moderngl.Texture) -> None:
-        """Write a toned picture as sRGB."""
-        self._encode.run(self._picture, picture=picture)
+    @property
+    def shown_depth(self) -> moderngl.Texture:
+        """Depth in metres of the nearest that the samples of a cut-out picture show, in red."""
+        return self._shown_depth
+
+    def encode(self, picture: moderngl.Texture, look: Look) -> moderngl.Texture:
+        """Finish a toned picture: as sRGB in eight bits, or as it is in another encoding."""
+        if look.encoding != "srgb":
+            return picture
+        self._encoding(look).run(self._picture, picture=picture)
+        return self._picture
 
     def read(self) -> npt.NDArray[np.uint8]:
-        """Read back the picture, (height, width, 3), top row first."""
+        """Read back the sRGB picture, (height, width, 3), top row first."""
         width, height = self._picture.size
         pixels = np.frombuffer(self._picture.read(), np.uint8).reshape(height, width, 4)
         return pixels[::-1, :, :3].copy()
-
-    def blit(self, target: moderngl.Framebuffer, camera: Camera) -> None:
-        """Draw the picture into a framebuffer with its depth, behind what that holds already."""
-        near, far = camera.near_m, camera.far_m
-        # a depth d along the axis lands at (scale + offset / d) in the host's 0..1 depth buffer
-        depth_scale = (0.5 * (far + near) / (far - near) + 0.5, -far * near / (far - near))
-        target.use()
-        target.depth_mask = True
-        self._ctx.enable_only(moderngl.DEPTH_TEST)
-        self._ctx.depth_func = "<="
-        self._blit.run(moderngl.TRIANGLES, 3, picture=self._picture, depth_scale=depth_scale)
-        self._ctx.depth_func = "<"
 
     def resize(self, size: tuple[int, int]) -> None:
         """Make pictures of another size from now on."""
@@ -64,11 +117,9 @@ class Post:
         self._allocate(size)
 
     def _free(self) -> None:
-        release_all(*self._average, self._picture)
+        release_all(*self._average, self._picture, *self._depths)
 
     def release(self) -> None:
         """Free the GPU resources."""
         self._free()
-        self._tone.release()
-        self._encode.release()
-        self._blit.release()
+        release_all(*self._passes.values())

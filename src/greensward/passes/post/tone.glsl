@@ -1,5 +1,11 @@
 // Tone mapping with exposure, averaged over the samples of a picture after the curve, so that bright edges stay clean.
 #include "layout/Light"
+#ifdef CUT_OUT
+#include "shaders/gbuffer.glsl"
+
+uniform sampler2D shown_depth;  // nearest of the samples before, in metres
+uniform uint hidden;            // bits of classes that are left out
+#endif
 
 uniform sampler2D radiance;
 uniform sampler2D average;
@@ -10,8 +16,7 @@ vec3 hable(vec3 x) {
     return (x * (A * x + C * B) + D * E) / (x * (A * x + B) + D * F) - E / F;
 }
 
-bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
-    vec3 c = texelFetch(radiance, pixel, 0).rgb * light.exposure;
+vec3 toned(ivec2 pixel, vec3 c) {
     vec2 uv = (vec2(pixel) + 0.5) / vec2(textureSize(radiance, 0)) - 0.5;
     c *= 1.0 - light.vignette * smoothstep(0.15, 0.75, length(uv));
     if (light.filmic == 1) {
@@ -21,11 +26,28 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
         c = hable(2.0 * c) / hable(vec3(11.2));
     }
     c = mix(vec3(dot(c, vec3(0.2126, 0.7152, 0.0722))), c, light.saturation);
-    c = clamp(c, 0.0, 1.0);
-#if AVERAGED
-    // before the first sample the average holds anything, infinities too
-    if (light.sample_index > 0) c = mix(texelFetch(average, pixel, 0).rgb, c, 1.0 / float(light.sample_index + 1));
+    return clamp(c, 0.0, 1.0);
+}
+
+bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
+    vec3 c = texelFetch(radiance, pixel, 0).rgb;
+#ifndef RADIANCE
+    c = toned(pixel, c * light.exposure);
 #endif
     result[0] = vec4(c, 1.0);
+#ifdef CUT_OUT
+    bool shows = (hidden >> classAt(pixel) & 1u) == 0u;
+    result[0] *= float(shows);
+    result[1] = vec4(shows ? depthAt(pixel) : 1e30, 0.0, 0.0, 0.0);
+#endif
+#if AVERAGED
+    // before the first sample the averages hold anything, infinities too
+    if (light.sample_index > 0) {
+        result[0] = mix(texelFetch(average, pixel, 0), result[0], 1.0 / float(light.sample_index + 1));
+#ifdef CUT_OUT
+        result[1].r = min(result[1].r, texelFetch(shown_depth, pixel, 0).r);
+#endif
+    }
+#endif
     return true;
 }

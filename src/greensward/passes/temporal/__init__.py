@@ -27,7 +27,7 @@ def is_cut(before: Moment, now: Moment) -> bool:
     (view, time_s), (next_view, next_time_s) = before, now
     turn = float(view.axis_ws[:3] @ next_view.axis_ws[:3])
     move_m = float(np.linalg.norm(next_view.camera_ws - view.camera_ws))
-    zoom = next_view.pixel_m[0] / view.pixel_m[0]
+    zoom = sum(next_view.pixel_m) / sum(view.pixel_m)
     return not (
         turn >= np.cos(np.radians(_CUT_TURN_DEG))
         and move_m <= _CUT_MOVE_M

@@ -33,8 +33,9 @@ vec3 untiled(int tile, vec2 xz, vec2 dx, vec2 dy) {
 vec2 onPlane(ivec2 pixel, vec3 p, vec3 normal) {
     vec3 ray = rayThrough(pixel);
     float slant = dot(normal, ray);
-    float along = dot(normal, p - view.eye_ws.xyz) / (abs(slant) > 1e-3 ? slant : -1e-3);
-    return (view.eye_ws.xyz + ray * along).xz;
+    vec3 start = view.origin_ws.xyz + startOf(pixel);
+    float along = dot(normal, p - start) / (abs(slant) > 1e-3 ? slant : -1e-3);
+    return (start + ray * along).xz;
 }
 
 bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
@@ -61,7 +62,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
 
     // The ground takes on what blades would have shown where they end, or are too few.
     float crowding = sward.density_per_m2 * sward.blade_m.x * s.density * slopeShare(normal.y) * s.height;
-    float least = view.camera_ws.w * away;
+    float least = view.camera_pixel_m.x * away + view.camera_pixel_m.y;
     float layers = occludingLayers(crowding, dot(view.camera_ws.xyz - position_ws, normal) / away, least);
     float thinned = 1.0 - exp(-layers * max(wantedCoverage(layers, away) - greatestCoverage(away, least), 0.0));
     if (sward.blades_m < sward.reach_m) thinned = max(thinned, farFade(away));
@@ -78,7 +79,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     }
 
     // seen from afar the ground is a wall of blades, each turned to the viewer as much as up
-    vec3 toViewer = normalize(view.eye_ws.xyz - position_ws);
+    vec3 toViewer = normalize(view.eye_ws.xyz - position_ws * view.eye_ws.w);
     vec3 wall = normalize(0.8 * normalize(toViewer - normal * dot(toViewer, normal)) + 0.75 * normal);
     vec3 shading = normalize(mix(normal, wall, turf * turf * max(thinned, beyond)));
     // under a sward little light arrives; from afar the ground stands for its tips

@@ -7,8 +7,6 @@ uniform sampler2D found;  // normal; depth, 0 where there is none
 bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     vec4 here = texelFetch(found, pixel, 0);
     depth_m = here.w;
-    vec2 ndc = (vec2(pixel) + 0.5) * view.size_px.zw * 2.0 - 1.0 - view.jitter;
-    vec3 ray = view.corner_ray.xyz + ndc.x * view.right_ray.xyz + ndc.y * view.up_ray.xyz;
     s.baseColour = water.colour.rgb;
     s.transmittance = 0.0;
     s.normal_ws = here.xyz;
@@ -16,6 +14,6 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     s.roughness = 0.05;
     s.surfaceClass = CLASS_WATER;
     s.bladeNumber = 0u;
-    s.previousClip = view.previous_clip_from_relative * vec4(view.eye_rs.xyz + ray * depth_m, 1.0);
+    s.previousClip = view.previous_clip_from_relative * vec4(startOf(pixel) + rayThrough(pixel) * depth_m, 1.0);
     return depth_m > 0.0;
 }

@@ -41,23 +41,29 @@ vec3 mirroredAt(ivec2 pixel, vec3 at, vec3 towards) {
     // what a ripple shows lies about as far away as what a mirror would show here
     vec2 uv = (vec2(pixel) + 0.5) * view.size_px.zw;
     float away = depthOf(texelFetch(mirrored_surface, ivec2(uv * vec2(textureSize(mirrored_surface, 0))), 0).rg);
-    float far = clamp(away - dot(view.axis_rs.xyz, at - view.eye_ws.xyz), 0.5, 60.0);
-    vec3 shown = at + towards * far - view.origin_ws.xyz;
+    vec3 at_rs = at - view.origin_ws.xyz;
+    float far = clamp(away - dot(view.axis_rs.xyz, at_rs) - view.axis_rs.w, 0.5, 60.0);
+    vec3 shown = at_rs + towards * far;
     shown.y -= 2.0 * towards.y * far;
     vec4 clip = view.clip_from_relative * vec4(shown, 1.0);
     vec2 there = clip.w > 0.0 ? 0.5 + 0.5 * clip.xy / clip.w : uv;
     return textureLod(mirrored, clamp(there, 0.5 * view.size_px.zw, 1.0 - 0.5 * view.size_px.zw), 0.0).rgb;
 }
 
+// Depth at which the pixel's ray meets the level of the water
+float waterDepthAt(ivec2 pixel) {
+    return (water.level_m - view.origin_ws.y - startOf(pixel).y) / min(rayThrough(pixel).y, -1e-9);
+}
+
 bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     result[0] = texelFetch(radiance, pixel, 0);
     result[1] = vec4(0.0);
-    vec3 ray = rayThrough(pixel);
-    float depth_m = depthAt(pixel), t = (water.level_m - view.eye_ws.y) / min(ray.y, -1e-9);
+    vec3 ray = rayThrough(pixel), start = view.origin_ws.xyz + startOf(pixel);
+    float depth_m = depthAt(pixel), t = waterDepthAt(pixel);
     if (ray.y >= 0.0 || t >= depth_m || t > water.farthest_m) return true;
 
-    vec3 at = view.eye_ws.xyz + ray * t, direction = normalize(ray);
-    float pixel_m = t * length(view.up_ray.xyz) * 2.0 * view.size_px.w, slant = max(-direction.y, 0.02);
+    vec3 at = start + ray * t, direction = normalize(ray);
+    float pixel_m = t * view.pixel_m.x + view.pixel_m.y, slant = max(-direction.y, 0.02);
     vec2 slope = slopeAt(at.xz, pixel_m / sqrt(slant));
     vec3 normal = normalize(vec3(-slope.x, 1.0, -slope.y));
     // a wave never shows its far side
@@ -69,7 +75,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     float through = (depth_m - t) * length(ray);
     ivec2 bent = pixel + ivec2(slope * clamp(through, 0.0, 1.0) * 0.25 / max(pixel_m, 1e-4));
     bent = clamp(bent, ivec2(0), ivec2(view.size_px.xy) - 1);
-    float bentDepth = depthAt(bent), bentT = (water.level_m - view.eye_ws.y) / min(rayThrough(bent).y, -1e-9);
+    float bentDepth = depthAt(bent), bentT = waterDepthAt(bent);
     bool below = bentT < bentDepth && rayThrough(bent).y < 0.0;
     vec3 bottom = texelFetch(radiance, below ? bent : pixel, 0).rgb;
     if (below) through = (bentDepth - bentT) * length(ray);

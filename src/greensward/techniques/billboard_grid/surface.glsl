@@ -9,13 +9,13 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     float end_m = depthAt(pixel);
     Traced t;
     Around a;
-    vec3 ray = rayThrough(pixel);
-    if (!trace(uvec2(pixel), view.eye_rs.xyz, ray, end_m, classAt(pixel) == CLASS_GROUND, t, a)) return false;
+    vec3 ray = rayThrough(pixel), start_rs = startOf(pixel);
+    if (!trace(uvec2(pixel), start_rs, ray, end_m, classAt(pixel) == CLASS_GROUND, t, a)) return false;
     depth_m = t.depth_m;
-    vec3 p_rs = view.eye_rs.xyz + ray * depth_m, p_ws = view.origin_ws.xyz + p_rs, up = groundNormal(p_ws.xz);
+    vec3 p_rs = start_rs + ray * depth_m, p_ws = view.origin_ws.xyz + p_rs, up = groundNormal(p_ws.xz);
     float away = distance(p_ws, view.camera_ws.xyz), far = smoothstep(8.0, 90.0, away), all = 1.0 / t.colour.a;
     float r = t.rest, q = 2.0 * r * (1.0 - r);
-    float footprint = view.camera_ws.w * away;
+    float footprint = view.camera_pixel_m.x * away + view.camera_pixel_m.y;
     vec4 sown = swardColour(p_ws.xz - q * a.v1.xz - r * r * a.v2.xz, Sward(1.0, 1.0, a.dryness), footprint);
     // the drifts of the sward, which the billboards do not know; as elsewhere, contrast fades with distance
     vec3 drifted = t.colour.rgb * all * clamp(sown.rgb / max(mean_material.rgb, vec3(1e-3)), 0.2, 12.0);
@@ -25,7 +25,7 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
         float resolved = smoothstep(0.0, 6.0, away) * (1.0 - smoothstep(0.15, 0.6, tufts * footprint));
         if (resolved > 0.0) mottled += 0.22 * resolved * simplex(inWorld(p_ws.xz) * tufts, 177u + uint(tufts * 100.0));
     }
-    vec3 toViewer = normalize(view.eye_ws.xyz - p_ws);
+    vec3 toViewer = normalize(view.eye_ws.xyz - p_ws * view.eye_ws.w);
     vec3 back = normalize(toViewer - up * dot(toViewer, up)), wall = normalize(0.8 * back + 0.75 * up);
     // where a pixel is wider than blades they would be drawn a pixel wide, and each in its own direction
     vec3 random = unit(hash3(uvec3(t.blade, 5u, sward.seed))) - 0.5;

@@ -338,7 +338,9 @@ bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool on_ground, out 
 #endif
     vec3 eye = view.origin_ws.xyz + eye_rs;
     // the source cannot have the camera in the grass; here rays begin there, and go farther
-    bool inside = eye.y + ray.y * nearest_m < groundHeight(eye.xz + ray.xz * nearest_m) + layer_m;
+    float above_m = eye.y + ray.y * nearest_m - groundHeight(eye.xz + ray.xz * nearest_m);
+    if (above_m < 0.0) return false;  // as rays of a parallel view may
+    bool inside = above_m < layer_m;
     float from = inside ? nearest_m : march(eye, ray, nearest_m, layer_m);
     if (from < range_m.x || from >= min(end_m, range_m.y)) return false;
     vec3 entry = eye + ray * from;

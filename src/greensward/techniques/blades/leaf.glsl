@@ -26,7 +26,7 @@ vec3 groundUnder(Blade b) {
 }
 
 float coverageOf(Blade b, BladeBounds h) {
-    float least = leaf.min_width_px * view.camera_ws.w * h.away;
+    float least = leaf.min_width_px * (view.camera_pixel_m.x * h.away + view.camera_pixel_m.y);
     float layers = occludingLayers(bladeCrowding(b), dot(view.camera_ws.xyz - bladeRoot(b), groundUnder(b)) / h.away, least);
     return min(wantedCoverage(layers, h.away), greatestCoverage(h.away, least));
 }

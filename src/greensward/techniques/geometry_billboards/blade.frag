@@ -59,7 +59,7 @@ void main() {
     s.normal_ws = mix(tubeNormal(across, normalize(toViewer), uv.x), octahedralDecode(unpackSnorm2x16(material.w)), 0.8 * place.y);
     s.previousClip += out_ * stoodOut.xyzz;
     gl_FragDepth = gl_FragCoord.z + out_ * nearer.x;
-    emitSurface(s, 1.0 / gl_FragCoord.w + out_ * nearer.y);
+    emitSurface(s, fragmentDepth() + out_ * nearer.y);
 #else
     emitSurface(s);
 #endif

@@ -39,7 +39,7 @@ void standOut(vec3 p, float radius) {
     bool same = drawn[2].z == usual[2].z && drawn[3].z == usual[3].z;
     vec3 moved = p + radius * toViewer;
     vec4 from = drawn * vec4(p, 1.0), to = drawn * vec4(moved, 1.0);
-    nearer = vec2((same ? 0.5 : 1.0) * (to.z / max(to.w, 1e-4) - from.z / max(from.w, 1e-4)), to.w - from.w);
+    nearer = vec2((same ? 0.5 : 1.0) * (to.z / max(to.w, 1e-4) - from.z / max(from.w, 1e-4)), dot(view.axis_rs.xyz, moved - p));
     stoodOut = (view.previous_clip_from_relative * vec4(radius * toViewer, 0.0)).xyw;
 }
 #endif

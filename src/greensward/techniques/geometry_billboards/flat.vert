@@ -31,7 +31,7 @@ void main() {
     Sward s = swardAt(place, edge_m);
     float share = s.density * slopeShare(up.y);
     material = swardColour(place, s, edge_m);
-    cover = 1.0 - exp(-occludingLayers(sward.density_per_m2 * sward.blade_m.x * share * s.height, -dot(away, up) / length(away), view.camera_ws.w * length(away)));
+    cover = 1.0 - exp(-occludingLayers(sward.density_per_m2 * sward.blade_m.x * share * s.height, -dot(away, up) / length(away), view.camera_pixel_m.x * length(away) + view.camera_pixel_m.y));
     up_ws = up;
     bladeNumber = number + 1u;
     gl_ClipDistance[0] = at.y - view.clip_below_m;

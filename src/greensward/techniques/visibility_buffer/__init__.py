@@ -201,7 +201,7 @@ class VisibilityBuffer:
             return
         self._world.bindings.update(
             VisibilityBuffer=self._visible,
-            InverseDepths=self._visible,
+            Nearnesses=self._visible,
             PrimitiveIds=self._ids,
             Lists=self._lists,
             Deferred=self._deferred,
@@ -223,7 +223,7 @@ class VisibilityBuffer:
         self._device.ctx.memory_barrier(STORAGE_WRITTEN)
 
     def _empty(self, view: View) -> None:
-        self._clear[view.purpose].run_over(view.size_px, farthest_m=view.near_and_far_m[1])
+        self._clear[view.purpose].run_over(view.size_px)
         self._device.ctx.memory_barrier(STORAGE_WRITTEN)
 
     def _fill_behind(self, pyramid: DepthPyramid, lists: Sequence[DrawList], view: View) -> None:
@@ -246,7 +246,6 @@ class VisibilityBuffer:
             **self._unstored(page),
             "list_capacity": self._capacity,
             "first_primitive_id": 32 * page.first_number,
-            "near_m": view.near_and_far_m[0],
             "writing_ids": False,
         }
         culled: dict[str, Any] = {

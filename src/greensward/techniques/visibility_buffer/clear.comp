@@ -5,10 +5,6 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-#ifndef SHADOW
-uniform float farthest_m;
-#endif
-
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
 #ifndef SHADOW
@@ -20,6 +16,6 @@ void main() {
 #ifdef SHADOW
     clearVisible(pixelIndex(pixel), 0.0);
 #else
-    clearVisible(pixelIndex(pixel), 1.0 / min(depthAt(pixel), farthest_m));
+    clearVisible(pixelIndex(pixel), nearnessAt(min(depthAt(pixel), view.range_m.y)));
 #endif
 }

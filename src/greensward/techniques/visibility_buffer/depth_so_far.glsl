@@ -4,7 +4,7 @@
 ivec2 pictureSize() { return ivec2(view.size_px.xy); }
 
 float baseDepth(ivec2 pixel) {
-    float inverse_depth;
-    readVisible(pixelIndex(pixel), inverse_depth);
-    return 1.0 / inverse_depth;
+    float nearness;
+    readVisible(pixelIndex(pixel), nearness);
+    return depthOfNearness(nearness);
 }

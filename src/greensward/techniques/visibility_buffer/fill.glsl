@@ -8,22 +8,22 @@
 uniform bool writing_ids;
 #endif
 
-bool writeNearest(uint pixel_index, float inverse_depth, uint primitive_id) {
-    uint key = floatBitsToUint(inverse_depth);
+bool writeNearest(uint pixel_index, float nearness, uint primitive_id) {
+    uint key = keyOf(nearness);
 #ifdef WIDE
     uint64_t value = packUint2x32(uvec2(primitive_id, key));
     if (value > visible[pixel_index]) atomicMax(visible[pixel_index], value);
     return true;
 #else
     // most lose, and reading is cheaper than an atomic
-    uint before = inverse_depths[pixel_index];
+    uint before = nearnesses[pixel_index];
     if (key < before) return false;
 #ifdef SHADOW
-    if (key > before) atomicMax(inverse_depths[pixel_index], key);
+    if (key > before) atomicMax(nearnesses[pixel_index], key);
     return true;
 #else
     if (!writing_ids) {
-        uint was = atomicMax(inverse_depths[pixel_index], key);
+        uint was = atomicMax(nearnesses[pixel_index], key);
         // an id of an earlier fill is of what lies behind this
         if (was < key) primitive_ids[pixel_index] = 0u;
         return was <= key;
@@ -34,10 +34,10 @@ bool writeNearest(uint pixel_index, float inverse_depth, uint primitive_id) {
 #endif
 }
 
-// x and y in pixels, whole numbers being their centres; inverse depth
-vec3 onScreen(vec4 clip) { return vec3((0.5 + 0.5 * clip.xy / clip.w) * view.size_px.xy - 0.5, inverseDepthOf(clip)); }
+// x and y in pixels, whole numbers being their centres; nearness
+vec3 onScreen(vec4 clip) { return vec3((0.5 + 0.5 * clip.xy / clip.w) * view.size_px.xy - 0.5, nearnessOf(clip)); }
 
-// The inverse depth over the screen as a plane: its change along x and y. Diagonals, as an edge may have no length.
+// The nearness over the screen as a plane: its change along x and y. Diagonals, as an edge may have no length.
 vec2 slopeOf(vec3 a0, vec3 a1, vec3 b0, vec3 b1) {
     vec3 d = b1 - a0, e = b0 - a1;
     float area = d.x * e.y - d.y * e.x;
@@ -73,8 +73,8 @@ bool fillQuad(vec3 a0, vec3 a1, vec3 b0, vec3 b1, uint primitive_id) {
         ivec2 columns = within(span.x, span.y, view.size_px.x);
         uint pixel_index = pixelIndex(ivec2(0, row));
         for (int column = columns.x; column < columns.y; column++) {
-            float inverse_depth = a0.z + dot(slope, vec2(column, y) - a0.xy);
-            shown = writeNearest(pixel_index + uint(column), clamp(inverse_depth, ends.x, ends.y), primitive_id) || shown;
+            float nearness = a0.z + dot(slope, vec2(column, y) - a0.xy);
+            shown = writeNearest(pixel_index + uint(column), clamp(nearness, ends.x, ends.y), primitive_id) || shown;
         }
     }
     return shown;

@@ -8,9 +8,6 @@
 layout(local_size_x = 64) in;
 
 uniform uint first_primitive_id;
-#ifndef SHADOW
-uniform float near_m;
-#endif
 
 struct Polygon { vec3 corners[5]; int count; };
 
@@ -22,12 +19,14 @@ void addEdge(inout Polygon p, vec4 from, vec4 to) {
 #ifdef SHADOW
     add(p, from);
 #else
-    bool here = from.w >= near_m;
+    float from_m = depthOfClip(from), to_m = depthOfClip(to), near_m = view.range_m.x;
+    bool here = from_m >= near_m;
     if (here) add(p, from);
-    if (here != (to.w >= near_m)) {
+    if (here != (to_m >= near_m)) {
         // the same point for both directions of the edge
-        vec4 low = from.w < to.w ? from : to, high = from.w < to.w ? to : from;
-        add(p, mix(low, high, (near_m - low.w) / (high.w - low.w)));
+        vec4 low = from_m < to_m ? from : to, high = from_m < to_m ? to : from;
+        float low_m = min(from_m, to_m), high_m = max(from_m, to_m);
+        add(p, mix(low, high, (near_m - low_m) / (high_m - low_m)));
     }
 #endif
 }

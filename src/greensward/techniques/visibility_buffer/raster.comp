@@ -9,14 +9,14 @@ layout(local_size_x = 32) in;
 
 #ifndef SHADOW
 uniform uint first_primitive_id;
-uniform float near_m;
 #endif
 
 uniform float large_px;
 
 bool isLarge(Strip s) {
 #ifndef SHADOW
-    if (min(min(s.c0.w, s.c1.w), s.c2.w) - s.width < 0.2) return true;  // perhaps before the near plane
+    vec3 depth_m = vec3(depthOfClip(s.c0), depthOfClip(s.c1), depthOfClip(s.c2));
+    if (min(min(depth_m.x, depth_m.y), depth_m.z) - s.width < max(view.range_m.x, 0.2)) return true;  // perhaps before the near plane
 #endif
     vec2 half_px = 0.5 * view.size_px.xy, a = s.c0.xy / s.c0.w, b = s.c1.xy / s.c1.w, c = s.c2.xy / s.c2.w;
     vec2 size = (max(max(a, b), c) - min(min(a, b), c)) * half_px;
@@ -52,7 +52,7 @@ void main() {
     if (!writing_ids)
 #endif
     countDrawn(gl_WorkGroupID.x);
-    if (max(max(s.c0.w, s.c1.w), s.c2.w) + s.width < near_m) return;  // behind the viewer
+    if (max(max(depthOfClip(s.c0), depthOfClip(s.c1)), depthOfClip(s.c2)) + s.width < view.range_m.x) return;
 #endif
     if (isLarge(s)) {
         if (!outside(h.v0, h.v1, h.v2, wide)) defer(LARGE, index);

@@ -20,8 +20,8 @@ vec2 placeIn(vec4 centre, vec4 step_, vec4 side, vec2 ndc) {
 
 // False where no blade of this page shows
 bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
-    float inverse_depth;
-    uint primitive_id = readVisible(pixelIndex(pixel), inverse_depth), index = (primitive_id - first_primitive_id) >> 5u;
+    float nearness;
+    uint primitive_id = readVisible(pixelIndex(pixel), nearness), index = (primitive_id - first_primitive_id) >> 5u;
     if (primitive_id < first_primitive_id || index >= blade_count) return false;
     Blade b;
     BladeBounds h;
@@ -57,6 +57,6 @@ bool surfaceAt(ivec2 pixel, out Surface surface, out float depth_m) {
     surface.normal_ws = leafNormal(acrossOf(b, chordOf(h)), s.side_ws, normalize(tangent), toEye, u, material.wall, material.far);
     surface.bladeNumber = primitive_id >> 5u;
     surface.previousClip = view.previous_clip_from_relative * (previous_from_now * vec4(before, 1.0));
-    depth_m = 1.0 / inverse_depth;
+    depth_m = depthOfNearness(nearness);
     return true;
 }

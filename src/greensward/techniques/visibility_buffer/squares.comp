@@ -15,8 +15,8 @@ void main() {
     bool shown = false;
     for (int y = first.y; y < end.y; y++) {
         for (int x = first.x; x < end.x; x++) {
-            float inverse_depth;
-            shown = shown || (readVisible(pixelIndex(ivec2(x, y)), inverse_depth) - first_primitive_id) >> 5u < blade_count;
+            float nearness;
+            shown = shown || (readVisible(pixelIndex(ivec2(x, y)), nearness) - first_primitive_id) >> 5u < blade_count;
         }
     }
     if (shown) squares[atomicAdd(square_command.instances, 1u)] = uint(first.y) << 16u | uint(first.x);
