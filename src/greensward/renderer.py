@@ -2,7 +2,7 @@
 
 import itertools
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -26,19 +26,22 @@ from greensward.gpu.view import View, look_at, rolled
 from greensward.ground import HeightField
 from greensward.lens import Lens, lens_key
 from greensward.library import as_scene
-from greensward.objects.placing import Script
+from greensward.objects.placing import Placed, Script, finite_vector, placed_at
 from greensward.passes.blur import Blur
 from greensward.passes.gbuffer import BladePixels, GBuffer
+from greensward.passes.light import sun_at_ground, to_sun
 from greensward.passes.lighting import Lighting
 from greensward.passes.post import Encoding, Look, Post
 from greensward.passes.post.window import Blit, DepthScale, Window
 from greensward.passes.shadows import ShadowMaps
 from greensward.passes.temporal import Moment, Temporal
 from greensward.passes.water import WaterPass
+from greensward.queries import Blade, Hit, Light
 from greensward.scene import Camera, GreenswardError, InputError, Scene
+from greensward.scene.classes import SurfaceClass
 from greensward.techniques import chosen, far_level
 from greensward.truth import Truth, camera_record, read_truth
-from greensward.viewpoint import camera_from_matrices, camera_view, jitter, place
+from greensward.viewpoint import Intrinsics, camera_from_matrices, camera_view, jitter, pinhole_view, place
 from greensward.world import FrameTime, World
 
 _FRAME_S = 1.0 / 30.0
@@ -142,7 +145,8 @@ class Renderer:
     (OpenGL 4.3 or newer) is used instead and its state is preserved. Renderers on one device share its compiled
     programs; those that are given none share one of their thread. `scripts` move objects by name: each takes a time
     in seconds and returns the centre of the object's base, (3,) with y above the ground, or its matrix, (4, 4) for
-    column vectors. Full-screen passes run in `stage`; if not given, in the faster one on this kind of driver.
+    column vectors. Objects named in `movable` wait for `place`. Full-screen passes run in `stage`; if not given, in
+    the faster one on this kind of driver.
     Raises `InputError` for what the scene asks and cannot be had.
     """
 
@@ -156,6 +160,7 @@ class Renderer:
         device: Device | str = "auto",
         ctx: moderngl.Context | None = None,
         scripts: Mapping[str, Script] | None = None,
+        movable: Collection[str] = (),
         stage: Stage | None = None,
     ) -> None:
         self.seconds: dict[str, float] = {}
@@ -175,7 +180,8 @@ class Renderer:
             self.driver = self.device.name
             self._check_size(size)
             self.size = size
-            self._scripts = scripts
+            self._scripts = dict(scripts or {})
+            self._placed = {name: Placed() for name in movable}
             self._stage = stage or self.device.best_stage
             with self._timed("ground"):
                 heights = HeightField.of(scene)
@@ -195,7 +201,16 @@ class Renderer:
         self._parts: list[Releasable] = []
         try:
             self._world = self._own(
-                World(device, scene, heights, stage, bindings, self._scripts, needs.stored, needs.beside)
+                World(
+                    device,
+                    scene,
+                    heights,
+                    stage,
+                    bindings,
+                    self._scripts | self._placed,
+                    needs.stored,
+                    needs.beside,
+                )
             )
             self._technique = self._own(technique(device, self._world, settings))
             self._far = self._own(far_level(device, self._world))
@@ -431,6 +446,107 @@ class Renderer:
             raise InputError("give either camera, or both view_from_world and clip_from_view")
         return camera_from_matrices(view_from_world, clip_from_view, size, zero_to_one=zero_to_one)
 
+    def place(self, name: str, where: npt.ArrayLike) -> None:
+        """Put an object in a place from the next frame on: the centre of its base, (3,), or its matrix, (4, 4).
+
+        As scripts give them. Between two frames it moves evenly. The first call for an object that is neither in
+        `movable` nor in `scripts` builds the field anew, as `update` does. Raises `InputError` for a name that no
+        object has and for what is neither three numbers nor a rigid matrix.
+        """
+        matrix = placed_at(f"place: {name}", where)
+        if name in self._placed:
+            self._placed[name].put(matrix)
+            return
+        if name in self._scripts:
+            raise InputError(f"place: {name}: is moved by its script; leave one of the two out")
+        placed = Placed()
+        placed.put(matrix)
+        before, self._placed = self._placed, {**self._placed, name: placed}
+        try:
+            self._rebuild(self.scene, self._world.ground.heights)
+        except BaseException:
+            self._placed = before
+            raise
+
+    def ground_height(self, x: npt.ArrayLike, z: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Height of the ground in metres at points of the world, of their shape."""
+        return self._world.ground.heights.height(x, z)
+
+    def ground_normal(self, x: npt.ArrayLike, z: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Unit normals of the ground at points of the world, of their shape and (…, 3)."""
+        return self._world.ground.heights.normal(x, z)
+
+    def light(self) -> Light:
+        """Read the light of the scene. Waits for the GPU."""
+        with self._use():
+            sky = self._lighting.sky_light()
+        harmonics = sky["sh"][:, :3].astype(np.float64)
+        return Light(to_sun(self.scene), sun_at_ground(self.scene), harmonics, float(sky["exposure"]))
+
+    def blade(self, blade_id: int) -> Blade | None:
+        """Find the blade with a permanent id, as `blade_id` holds them. Waits for the GPU.
+
+        None for one that is not stored around the camera, and for what has no blade of its own: flowers, flat tiles,
+        pictures of grass, instances.
+        """
+        with self._use():
+            number = self._world.field.number_of(blade_id)
+            return self._blade(number) if number else None
+
+    def hit(self, origin_m: npt.ArrayLike, direction: npt.ArrayLike) -> Hit | None:
+        """Find the first surface that a ray meets, as it stands at the time of the last frame; None for the sky.
+
+        `origin_m` and `direction` are (3,), in the world. It is found by drawing one pixel, as wide as the picture's,
+        and takes about as long as a small frame. Raises `InputError` for a ray that is none.
+        """
+        origin, along = (
+            finite_vector(name, each) for name, each in (("origin_m", origin_m), ("direction", direction))
+        )
+        length = float(np.linalg.norm(along))
+        if length == 0.0:
+            raise InputError("direction: must not be zero (got 0, 0, 0)")
+        along = along / length
+        with self._use():
+            frame = self._views_of(self._views.cameras or (self.scene.camera,))
+            pixel = sum(frame.pictures[0].pixel_m) if not frame.pictures[0].is_parallel else 1e-3
+            camera = frame.cameras[0]
+            lens = Intrinsics(1.0 / pixel, 1.0 / pixel, 0.0, 0.0)
+            view = pinhole_view(origin, look_at(origin, origin + along), lens, (1, 1), (1e-3, camera.far_m))
+            with self._timed("draw"):
+                self._world.follow(frame.pictures[0].camera_ws)
+                now = FrameTime(self._time_s, self._time_s, (*frame.every, view))
+                self._world.move(now)
+                self._geometry.update(now)
+            probe = GBuffer(self.device, (1, 1), self._depth, self._stage)
+            try:
+                self._geometry.fill(probe, view, view, (0.0, 0.0), slot=PICTURE, occlusion=True)
+                kinds, numbers, depths = probe.read_surface()
+                ids = self._geometry.identify(kinds, numbers)
+            finally:
+                probe.release()
+            depth, kind, number = float(depths[0, 0]), SurfaceClass(int(kinds[0, 0])), int(numbers[0, 0])
+            if not np.isfinite(depth):
+                return None
+            solid = number - 1 if kind == SurfaceClass.OBJECT and number else None
+            own = solid is not None and solid < len(self.scene.object)
+            return Hit(
+                origin + depth * along,
+                depth,
+                kind,
+                solid if own else None,
+                self._world.objects[solid].name if solid is not None else "",
+                int(ids[0, 0]),
+                self._blade(number) if kind == SurfaceClass.GRASS else None,
+            )
+
+    def _blade(self, number: int) -> Blade | None:
+        found = self._world.field.stored(number)
+        if found is None:
+            return None
+        row, root_m, index = found
+        species = self.scene.grass[int(row["flags"]) & 15].species
+        return Blade(species, root_m, float(row["height"]), float(row["width"]), index)
+
     def advance(self, time_s: float, *, camera: Camera | None = None) -> None:
         """Let the grass move on to an instant without drawing it, as `render` and `draw` do before they draw."""
         with self._use():
@@ -495,9 +611,13 @@ class Renderer:
         if self.updates_in_place(scene):
             self._update_in_place(scene)
             return
-        before, old = self.scene, self._world.ground.heights
-        heights = old if _same_heights(before, scene) else HeightField.of(scene)
+        old = self._world.ground.heights
+        heights = old if _same_heights(self.scene, scene) else HeightField.of(scene)
         place(scene.camera, heights)
+        self._rebuild(scene, heights)
+
+    def _rebuild(self, scene: Scene, heights: HeightField) -> None:
+        before, old = self.scene, self._world.ground.heights
         with self._built(), self._use():
             self._release_parts()
             try:
@@ -533,7 +653,9 @@ class Renderer:
                 self._lighting.relight(scene)
                 if self._water:
                     self._water.relight(scene)
-            if before.sun != scene.sun or before.shadows != scene.shadows:
+            if self._shadows.suits(scene):
+                self._shadows.relight()
+            else:
                 self._disown(self._shadows)
                 self._shadows = self._own(ShadowMaps(self.device, self._world))
         self.scene = scene
@@ -682,6 +804,8 @@ class Renderer:
         views = self._views_of(cameras)
         previous_s = self._moments[0][1] if self._moments else time_s - _FRAME_S
         frame_time = FrameTime(time_s, previous_s, views.every)
+        for placed in self._placed.values():
+            placed.arrive(time_s)
         self.timers.start_frame()
         with self._timed("sow"):
             self._world.follow(views.pictures[0].camera_ws)

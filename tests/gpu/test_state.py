@@ -67,7 +67,7 @@ class Caller:
         self.framebuffer.use()
         self.framebuffer.viewport = (odd, 2, 7, 9)
         self.framebuffer.scissor = (1, odd, 5, 6)
-        self.framebuffer.color_mask = ((True, False, True, bool(odd)), (False, True, True, True))
+        self.framebuffer.color_mask = ((True, False, True, bool(odd)), (bool(odd), True, True, True))
         self.framebuffer.depth_mask = bool(odd)
         ctx.enable_only(moderngl.BLEND | moderngl.CULL_FACE if odd else moderngl.DEPTH_TEST)
         ctx.depth_func = ">" if odd else "=="

@@ -71,7 +71,7 @@ def test_every_pixel_is_lit_as_the_twin_says(renderer, technique):
     v /= np.linalg.norm(v, axis=1, keepdims=True)
     leaf_area = 60.0 * 0.45 * 0.016 / 1.5
     left = phong.ambient_left(leaf_area, phong.depth_below_tips(read(drawn._gbuffer.normal)[:, 2]), 4.0)
-    sky = drawn._lighting._block._values["sky_mean"][:3].astype(np.float64)
+    sky = drawn._lighting.sky_light()["mean"][:3].astype(np.float64)
     expected = phong.reflected(
         truth["albedo"][grass].astype(np.float64),
         truth["normal"][grass].astype(np.float64),

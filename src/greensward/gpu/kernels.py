@@ -12,13 +12,13 @@ import numpy as np
 
 from greensward.gpu.buffers import BufferRange
 from greensward.gpu.device import Device
-from greensward.gpu.layouts import BlockBuffer
+from greensward.gpu.layouts import BlockBuffer, WrittenBlock
 from greensward.gpu.limits import MOST_IMAGES, MOST_STORAGE_BLOCKS, MOST_TEXTURES, MOST_UNIFORM_BLOCKS
 from greensward.gpu.programs import is_image, is_opaque
 from greensward.gpu.shader_source import Source, assemble
 from greensward.scene.errors import GreenswardError
 
-Resource = moderngl.Buffer | BufferRange | moderngl.Texture | moderngl.TextureArray | BlockBuffer
+Resource = moderngl.Buffer | BufferRange | moderngl.Texture | moderngl.TextureArray | BlockBuffer | WrittenBlock
 Bindings = dict[str, Resource]
 """Resources that many shaders read, by the name that all of them give it; looked up at each run."""
 
@@ -287,8 +287,8 @@ def _storage(slot: int) -> Callable[[Any], None]:
     return bind
 
 
-def _block(slot: int) -> Callable[[BlockBuffer], None]:
-    def bind(resource: BlockBuffer) -> None:
+def _block(slot: int) -> Callable[[BlockBuffer | WrittenBlock], None]:
+    def bind(resource: BlockBuffer | WrittenBlock) -> None:
         resource.uploaded().bind_to_uniform_block(slot)
 
     return bind

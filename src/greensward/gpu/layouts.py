@@ -187,6 +187,27 @@ def rows_of(struct_name: str, members: Sequence[tuple[str, str]], first: int = 0
     return f"struct {struct_name} {{ {body} }};", f"{struct_name}({', '.join(arguments)})"
 
 
+class WrittenBlock:
+    """One block's values on the GPU, which a compute shader writes."""
+
+    def __init__(self, ctx: moderngl.Context, block: Block) -> None:
+        self.block = block
+        self.buffer = ctx.buffer(bytes(block.dtype.itemsize))
+
+    def uploaded(self) -> moderngl.Buffer:
+        """The buffer, as `BlockBuffer` has it."""
+        return self.buffer
+
+    def read(self) -> np.void:
+        """Read back the values by name. Waits for the GPU."""
+        values: np.void = np.frombuffer(self.buffer.read(), self.block.dtype)[0]
+        return values
+
+    def release(self) -> None:
+        """Free the GPU memory."""
+        self.buffer.release()
+
+
 class BlockBuffer:
     """One block's values on the GPU, uploaded only when they changed."""
 

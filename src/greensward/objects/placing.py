@@ -42,6 +42,80 @@ def about_y(angle: Floats) -> Floats:
     return result
 
 
+def finite_vector(name: str, given: npt.ArrayLike) -> Floats:
+    """Three finite numbers, float64 (3,). Raises `InputError` with the name of what was given."""
+    try:
+        vector = np.array(given, np.float64)
+    except (TypeError, ValueError):
+        vector = np.zeros(0)
+    if vector.shape != (3,) or not np.isfinite(vector).all():
+        raise InputError(f"{name}: must be three finite numbers (got {given!r})")
+    return vector
+
+
+def placed_at(name: str, given: npt.ArrayLike) -> Floats:
+    """Centre of an object's base, (3,), or its rigid matrix, (4, 4). Raises `InputError` for anything else."""
+    try:
+        placed = np.array(given, np.float64)
+    except (TypeError, ValueError):
+        placed = np.zeros(0)
+    if placed.shape not in ((3,), (4, 4)) or not np.isfinite(placed).all():
+        raise InputError(f"{name}: must be 3 finite numbers or a 4 × 4 matrix (got {placed.tolist() or given!r})")
+    if placed.shape == (4, 4):
+        turned = placed[:3, :3]
+        rigid = np.allclose(turned @ turned.T, np.eye(3), atol=1e-4) and np.linalg.det(turned) > 0.0
+        if not rigid or not np.array_equal(placed[3], (0.0, 0.0, 0.0, 1.0)):
+            raise InputError(
+                f"{name}: must be a matrix that only turns and moves, for column vectors "
+                f"(got {placed.round(4).tolist()})"
+            )
+    return placed
+
+
+class Placed:
+    """Place of an object that a host moves from frame to frame: a script that moves evenly from one to the next."""
+
+    def __init__(self) -> None:
+        self._wanted: Floats | None = None
+        self._before: tuple[float, Floats] | None = None
+        self._now: tuple[float, Floats] | None = None
+
+    def put(self, where: Floats) -> None:
+        """Be there at the next frame: (3,) or (4, 4)."""
+        self._wanted = where
+
+    def arrive(self, time_s: float) -> None:
+        """Be there at this instant."""
+        if self._wanted is None:
+            return
+        if self._now is not None and self._now[0] < time_s and self._now[1].shape == self._wanted.shape:
+            self._before = self._now
+        else:
+            self._before = None if self._now is None or self._now[0] != time_s else self._before
+        self._now = time_s, self._wanted
+
+    @property
+    def is_placed(self) -> bool:
+        """True once it has been put anywhere."""
+        return self._wanted is not None
+
+    def __call__(self, time_s: float) -> Floats:
+        """Return where it is at an instant between the last two frames."""
+        assert self._wanted is not None
+        if self._now is None:
+            return self._wanted
+        if self._before is None or time_s >= self._now[0]:
+            return self._now[1]
+        (start_s, start), (end_s, end) = self._before, self._now
+        part = max((time_s - start_s) / (end_s - start_s), 0.0)
+        result: Floats = start + part * (end - start)
+        if result.shape == (4, 4):
+            # the rotation that is nearest to the mean of both
+            u, _, v = np.linalg.svd(result[:3, :3])
+            result[:3, :3] = u @ np.diag([1.0, 1.0, np.linalg.det(u @ v)]) @ v
+        return result
+
+
 class Tracks:
     """All paths of a scene at once: keys one after the other, those of one path after those of another."""
 
@@ -148,16 +222,10 @@ class Placing:
                 # it turns about its middle, not about its base
                 placed[self._on_path[k], :3, 3] += self._middle[k] - turns[k] @ self._middle[k]
         for i, (name, script) in self._scripts.items():
-            given = np.asarray(script(time_s), np.float64)
-            if given.shape not in ((3,), (4, 4)) or not np.isfinite(given).all():
-                raise InputError(
-                    f"scripts: {name}: must return 3 finite numbers or a 4 × 4 matrix (got {given.tolist()})"
-                )
+            if isinstance(script, Placed) and not script.is_placed:
+                continue  # where the scene has it, until a host says otherwise
+            given = placed_at(f"scripts: {name}", script(time_s))
             if given.shape == (4, 4):
-                turned = given[:3, :3]
-                rigid = np.allclose(turned @ turned.T, np.eye(3), atol=1e-4) and np.linalg.det(turned) > 0.0
-                if not rigid or not np.array_equal(given[3], (0.0, 0.0, 0.0, 1.0)):
-                    raise InputError(f"scripts: {name}: must return a matrix that only turns and moves")
                 placed[i] = given
             else:
                 self._stand([i], given[None], placed)

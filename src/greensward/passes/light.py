@@ -13,15 +13,13 @@ LIGHT_BLOCK = block(
     ("to_sun", "vec4"),
     ("sun_outside", "vec4"),  # irradiance above the air
     ("sun_here", "vec4"),  # irradiance at the ground, facing the sun
-    ("sky_mean", "vec4"),
-    ("sky_sh", "vec4", 9),
     ("shadow_from_world", "mat4", 4),
     ("shadow_texel_m", "vec4"),
     ("haze", "float"),
     ("clouds", "float"),
     ("sky_strength", "float"),
     ("cascades", "int"),
-    ("exposure", "float"),
+    ("exposure_ev", "float"),
     ("saturation", "float"),
     ("vignette", "float"),
     ("filmic", "int"),
@@ -56,6 +54,7 @@ def light_values(scene: Scene) -> dict[str, object]:
         "haze": sky.haze,
         "clouds": sky.clouds,
         "sky_strength": sky.strength,
+        "exposure_ev": post.exposure_ev,
         "saturation": post.saturation,
         "vignette": post.vignette,
         "blur": ("off", "average", "gaussian").index(post.blur),
@@ -90,19 +89,4 @@ def sun_at_ground(scene: Scene) -> npt.NDArray[np.float64]:
         + np.array([0.650e-3, 1.881e-3, 0.085e-3]) * ozone
     )
     result: npt.NDArray[np.float64] = _SUN * scene.sun.strength * np.exp(-depth)
-    return result
-
-
-def exposure(scene: Scene, sky_irradiance_up: npt.NDArray[np.float64]) -> float:
-    """Scale from radiance to what the tone curve expects, as an eye would adapt to this sun and sky.
-
-    A grey card of a fifth, half turned to the sun, comes out as a fifth by a late afternoon sun; adaptation is not
-    complete, so that noon stays brighter and dusk darker.
-    """
-    luminance = np.array([0.2126, 0.7152, 0.0722])
-    towards_sun = 0.27 + 0.23 * math.sin(math.radians(scene.sun.elevation_deg))
-    light = float(sun_at_ground(scene) @ luminance) * towards_sun + float(sky_irradiance_up @ luminance)
-    afternoon, adaptation = 3.85, 0.8
-    adapted = afternoon * (max(light, 1e-4) / afternoon) ** adaptation
-    result: float = math.pi / adapted * 2.0**scene.post.exposure_ev
     return result

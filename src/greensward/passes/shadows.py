@@ -23,11 +23,9 @@ class ShadowMaps:
 
     def __init__(self, device: Device, world: World) -> None:
         self._world = world
-        scene, settings = world.scene, world.scene.shadows
-        self.count = settings.cascades if settings.enabled and scene.sun.elevation_deg > 0 else 0
-        self._to_sun = to_sun(scene)
-        self._rotation = look_at(self._to_sun, np.zeros(3))
-        self._rotation[:3, 3] = 0.0
+        self._settings, self.count = world.scene.shadows, _cascades(world.scene)
+        self.relight()
+        settings = self._settings
         self._maps: list[moderngl.Texture] = []
         self.framebuffers: list[moderngl.Framebuffer] = []
         for _ in range(max(self.count, 1)):
@@ -42,6 +40,16 @@ class ShadowMaps:
             f"shadow_map{i}": self._maps[min(i, len(self._maps) - 1)] for i in range(MOST_CASCADES)
         }
         """Maps by their names in shaders; unused ones repeat the last."""
+
+    def suits(self, scene: Scene) -> bool:
+        """Return whether these maps are good for another scene's sun."""
+        return scene.shadows == self._settings and _cascades(scene) == self.count
+
+    def relight(self) -> None:
+        """Take the direction of the world's sun from now on."""
+        self._to_sun = to_sun(self._world.scene)
+        self._rotation = look_at(self._to_sun, np.zeros(3))
+        self._rotation[:3, 3] = 0.0
 
     def views(self, camera: View) -> tuple[View, ...]:
         """One parallel view per cascade, in whole texels so that still shadows stay still."""
@@ -84,6 +92,10 @@ class ShadowMaps:
     def release(self) -> None:
         """Free the GPU memory."""
         release_all(*self.framebuffers, *self._maps)
+
+
+def _cascades(scene: Scene) -> int:
+    return scene.shadows.cascades if scene.shadows.enabled and scene.sun.elevation_deg > 0 else 0
 
 
 def shadow_from_world(view: View) -> npt.NDArray[np.float64]:

@@ -196,6 +196,41 @@ class Field:
             before += page.capacity
         return ids
 
+    def stored(self, number: int) -> tuple[np.void, npt.NDArray[np.float64], int | None] | None:
+        """Read back a stored blade by its number: its row, its root in the world and the object that it grows on.
+
+        None for a number that no stored blade has. Waits for the GPU.
+        """
+        for page in self.pages:
+            at = number - page.first_number
+            if 0 <= at < page.capacity:
+                self._device.ctx.memory_barrier()
+                size = BLADE.dtype.itemsize
+                row = np.frombuffer(page.blades.read(size, offset=at * size), BLADE.dtype)[0]
+                return row, np.array([row["x"], row["y"], row["z"]], np.float64) + self._anchor_ws, page.object_index
+        return None
+
+    def number_of(self, blade_id: int) -> int:
+        """Find the number of the blade with a permanent id; 0 if it is not stored. Waits for the GPU."""
+        kind = blade_id >> 60
+        if kind == BladeKind.GROUND:
+            self._device.ctx.memory_barrier()
+            for page in self.pages:
+                if page.ids is not None:
+                    # what a freed slot held is still there; only rows of tiles count
+                    rows = page.tiles.rows()
+                    ids = np.frombuffer(page.ids.read(), np.uint64)[rows]
+                    if len(found := np.flatnonzero(ids == np.uint64(blade_id))):
+                        return page.first_number + int(rows[found[0]])
+        if kind == BladeKind.OBJECT:
+            index, left = blade_id >> 48 & 0xFFF, blade_id & ((1 << 44) - 1)
+            for page in self.pages:
+                if page.object_index == index:
+                    if left < page.count:
+                        return page.first_number + int(left)
+                    left -= page.capacity
+        return 0
+
     def _ids_of(self, page: Page | UnstoredPage, rows: npt.NDArray[np.uint32]) -> Ids:
         if not len(rows):
             return np.zeros(0, np.uint64)

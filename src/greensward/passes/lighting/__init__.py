@@ -12,9 +12,9 @@ from greensward.gpu.kernels import Bindings
 from greensward.gpu.layouts import BlockBuffer
 from greensward.gpu.view import View
 from greensward.passes.gbuffer import GBuffer
-from greensward.passes.light import LIGHT_BLOCK, exposure, light_values
+from greensward.passes.light import LIGHT_BLOCK, light_values
 from greensward.passes.shadows import ShadowMaps, shadow_from_world
-from greensward.passes.sky import SkyTable, sh_basis
+from greensward.passes.sky import Sky
 from greensward.scene import Scene
 from greensward.sowing import colour_defines
 
@@ -31,8 +31,8 @@ class Lighting:
             device, "passes/lighting/lighting.glsl", ["f2"], stage=stage, defines=defines, bindings=bindings
         )
         self._block = BlockBuffer(device.ctx, LIGHT_BLOCK)
-        self._sky = SkyTable(device, self._block, stage)
-        self._bindings: Bindings = {"Light": self._block, "sky_table": self._sky.texture}
+        self._sky = Sky(device, self._block, stage)
+        self._bindings: Bindings = {"Light": self._block, **self._sky.bindings}
         """Light and sky, by their names in shaders; what the frame shares when this picture is lit."""
         self._shared = bindings
         self.relight(scene)
@@ -42,13 +42,11 @@ class Lighting:
     def relight(self, scene: Scene) -> None:
         """Take the sun, the air, the exposure and the numbers of the reflection model of a scene from now on."""
         self._block.set(**light_values(scene))  # type: ignore[arg-type]
-        harmonics = self._sky.fill()
-        up = _irradiance_up(harmonics)
-        self._block.set(
-            sky_sh=np.pad(harmonics, ((0, 0), (0, 1))),
-            sky_mean=(*(up / np.pi), 0.0),
-            exposure=exposure(scene, up),
-        )
+        self._sky.fill()
+
+    def sky_light(self) -> np.void:
+        """Read back the light of the sky: `sh`, `mean` and `exposure`. Waits for the GPU."""
+        return self._sky.read()
 
     def shade(
         self, gbuffer: GBuffer, shadows: ShadowMaps, shadow_views: Sequence[View], sample: int
@@ -77,11 +75,3 @@ class Lighting:
     def release(self) -> None:
         """Free the GPU resources."""
         release_all(self._pass, self._sky, self._block, self._radiance)
-
-
-def _irradiance_up(harmonics: np.ndarray) -> np.ndarray:
-    """Irradiance (3,) on a horizontal surface (Ramamoorthi & Hanrahan 2001, equation 7)."""
-    bands = np.array([np.pi, *[2.0 * np.pi / 3.0] * 3, *[np.pi / 4.0] * 5])
-    basis = sh_basis(np.array([0.0, 1.0, 0.0]))
-    result: np.ndarray = np.maximum((bands * basis) @ harmonics, 0.0)
-    return result

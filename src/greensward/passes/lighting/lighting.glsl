@@ -99,7 +99,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     if (on_ground) lit *= smoothstep(-0.04, 0.2, dot(lie, toSun));
 #ifdef PHONG
     float left = open < 1.0 ? ambientLeft(leafAreaAt(p.xz), depthBelowTips(open)) : 1.0;
-    vec3 colour = phong(albedo, n, -ray, toSun, lit * sun, light.sky_mean.rgb, left);
+    vec3 colour = phong(albedo, n, -ray, toSun, lit * sun, skylight.mean.rgb, left);
 #else
     // the map is coarser than a blade: deep in the sward less sun arrives than it tells
     lit *= mix(0.35, 1.0, smoothstep(0.0, 0.75, open));

@@ -1,5 +1,6 @@
 // Tone mapping with exposure, averaged over the samples of a picture after the curve, so that bright edges stay clean.
 #include "layout/Light"
+#include "layout/SkyLight"
 #ifdef CUT_OUT
 #include "shaders/gbuffer.glsl"
 
@@ -32,7 +33,7 @@ vec3 toned(ivec2 pixel, vec3 c) {
 bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 c = texelFetch(radiance, pixel, 0).rgb;
 #ifndef RADIANCE
-    c = toned(pixel, c * light.exposure);
+    c = toned(pixel, c * skylight.exposure);
 #endif
     result[0] = vec4(c, 1.0);
 #ifdef CUT_OUT

@@ -1,4 +1,4 @@
-"""Sky as a table of radiance by direction, and scattering by the air."""
+"""Sky as a table of radiance by direction, its light as a whole, and scattering by the air."""
 
 import moderngl
 import numpy as np
@@ -6,39 +6,48 @@ import numpy.typing as npt
 
 from greensward.gpu.device import Device, Stage
 from greensward.gpu.full_screen import FullScreenPass
-from greensward.gpu.layouts import BlockBuffer
+from greensward.gpu.kernels import Bindings, Kernel
+from greensward.gpu.layouts import BlockBuffer, WrittenBlock, block, struct
 
 _SIZE = 256, 128
+_MEMBERS = (
+    ("sh", "vec4", 9),  # spherical harmonics of the sky's radiance
+    ("mean", "vec4"),  # radiance of a uniform sky that lights level ground alike
+    ("exposure", "float"),
+)
+SKY_LIGHT_BLOCK = block("SkyLight", *_MEMBERS)
+HARMONICS = struct("Harmonics", *_MEMBERS)
 
 
-class SkyTable:
-    """Radiance of the clear sky for every direction; drawn once per sun and air."""
+class Sky:
+    """Radiance of the clear sky for every direction, and its light as a whole; drawn once per sun and air."""
 
     def __init__(self, device: Device, light: BlockBuffer, stage: Stage | None = None) -> None:
+        self._ctx = device.ctx
         self._pass = FullScreenPass(device, "passes/sky/table.glsl", ["f4"], stage=stage, bindings={"Light": light})
-        self.texture = device.ctx.texture(_SIZE, 4, dtype="f4")
-        self.texture.filter = moderngl.LINEAR, moderngl.LINEAR
-        self.texture.repeat_x, self.texture.repeat_y = True, False
+        self._ambient = Kernel(device, "passes/sky/ambient.comp", {}, {"Light": light})
+        self._table = device.ctx.texture(_SIZE, 4, dtype="f4")
+        self._table.filter = moderngl.LINEAR, moderngl.LINEAR
+        self._table.repeat_x, self._table.repeat_y = True, False
+        self._light = WrittenBlock(device.ctx, SKY_LIGHT_BLOCK)
+        self.bindings: Bindings = {"sky_table": self._table, "SkyLight": self._light}
+        """Table and light, by their names in shaders."""
 
-    def fill(self) -> npt.NDArray[np.float64]:
-        """Draw the table by the light; returns nine spherical-harmonic coefficients of the sky's light, (9, 3)."""
-        self._pass.run(self.texture)
-        width, height = _SIZE
-        table = np.frombuffer(self.texture.read(), np.float32).reshape(height, width, 4)[..., :3]
-        v = (np.arange(height) + 0.5) / height * 2.0 - 1.0
-        elevation = np.sign(v) * v * v * np.pi / 2.0  # as table.glsl
-        azimuth = (np.arange(width) + 0.5) / width * 2.0 * np.pi
-        y = np.sin(elevation)[:, None] * np.ones_like(azimuth)
-        x = np.cos(elevation)[:, None] * np.cos(azimuth)
-        z = np.cos(elevation)[:, None] * np.sin(azimuth)
-        solid = (np.cos(elevation) * np.abs(v) * np.pi * (2.0 / height) * (2.0 * np.pi / width))[:, None, None]
-        basis = sh_basis(np.stack([x, y, z], -1))
-        result: npt.NDArray[np.float64] = np.einsum("hwk,hwc->kc", basis, table * solid)
-        return result
+    def fill(self) -> None:
+        """Draw the table by the light, and sum it up, without waiting for either."""
+        self._pass.run(self._table)
+        self._ambient.run(1, sky_table=self._table, SkyLight=self._light.buffer)
+        self._ctx.memory_barrier(moderngl.UNIFORM_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
+
+    def read(self) -> np.void:
+        """Read back the light of the sky, by the names of its members. Waits for the GPU."""
+        return self._light.read()
 
     def release(self) -> None:
         """Free the GPU resources."""
-        self.texture.release()
+        self._table.release()
+        self._light.release()
+        self._ambient.release()
         self._pass.release()
 
 
@@ -60,3 +69,10 @@ def sh_basis(direction: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         ],
         -1,
     )
+
+
+def irradiance(harmonics: npt.NDArray[np.float64], normals: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Irradiance (n, 3) by a sky, (9, 3), on surfaces with these normals, (n, 3) (equation 7 there)."""
+    bands = np.array([np.pi, *[2.0 * np.pi / 3.0] * 3, *[np.pi / 4.0] * 5])
+    result: npt.NDArray[np.float64] = np.maximum((bands * sh_basis(normals)) @ harmonics, 0.0)
+    return result

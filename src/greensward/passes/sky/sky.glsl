@@ -1,6 +1,7 @@
 // What is seen of the sky in a direction: the table, clouds, the sun.
 #include "passes/sky/air.glsl"
 #include "shaders/noise.glsl"
+#include "layout/SkyLight"
 
 uniform sampler2D sky_table;
 
@@ -19,7 +20,7 @@ vec3 withClouds(vec3 d, vec3 clear) {
     vec2 elsewhere = d.y < 0.0 ? vec2(41.0, 23.0) : vec2(0.0);
     d.y = abs(d.y);
     vec3 sunlit = light.sun_here.rgb * (0.045 + 0.5 * pow(max(mu, 0.0), 6.0) * 0.35);
-    vec3 base = light.sky_mean.rgb;
+    vec3 base = skylight.mean.rgb;
     float fade = smoothstep(0.015, 0.16, d.y);
 
     vec2 high = d.xz / (d.y + 0.12) + elsewhere;
