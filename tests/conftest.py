@@ -24,7 +24,7 @@ from greensward.io.meshes import TriMesh
 from greensward.library import as_scene
 from greensward.motion import colliders
 from greensward.objects.packing import packed
-from greensward.passes.sky import SkyTable
+from greensward.passes.sky import Sky
 from greensward.renderer import Renderer
 from greensward.scene import Scene
 from greensward.sowing import Field
@@ -54,23 +54,24 @@ def _forget_oldest_of_others(binaries: programs.Binaries) -> None:
 
 
 programs.Binaries._forget_oldest = _forget_oldest_of_others  # type: ignore[method-assign]
-_SKIES: dict[object, tuple[bytes, npt.NDArray[np.float64]]] = {}
-_fill_sky = SkyTable.fill
+_SKIES: dict[object, tuple[bytes, bytes]] = {}
+_fill_sky = Sky.fill
 
 
-def _filled_sky(sky: SkyTable) -> npt.NDArray[np.float64]:
+def _filled_sky(sky: Sky) -> None:
     """Fill the table as it was filled for the same light before: drawing it takes as long as a small picture."""
     block = sky._pass.shader._bindings["Light"]
     light: object = sky._pass.stage, block.uploaded().read()
     if light not in _SKIES:
-        harmonics = _fill_sky(sky)
-        _SKIES[light] = sky.texture.read(), harmonics
-    table, harmonics = _SKIES[light]
-    sky.texture.write(table)
-    return harmonics
+        _fill_sky(sky)
+        _SKIES[light] = sky._table.read(), sky._light.buffer.read()
+        return
+    table, summed = _SKIES[light]
+    sky._table.write(table)
+    sky._light.buffer.write(summed)
 
 
-SkyTable.fill = _filled_sky  # type: ignore[method-assign]
+Sky.fill = _filled_sky  # type: ignore[method-assign]
 
 
 _PACKED: dict[tuple[bytes, bytes, int], npt.NDArray[np.float64]] = {}

@@ -158,7 +158,9 @@ def test_eight_storage_blocks_and_four_images_are_bound_in_dense_slots(device):
         part.release()
 
 
-@pytest.mark.parametrize(("text", "got"), [(_storage(9), "8 storage blocks (got 9)"), (_images(5), "4 images (got 5)")])
+@pytest.mark.parametrize(
+    ("text", "got"), [(_storage(9), "8 storage blocks (got 9)"), (_images(5), "4 images (got 5)")]
+)
 def test_more_are_refused_and_the_program_goes_back(device, text, got):
     reused = device.programs.reused
     for _ in range(2):

@@ -255,7 +255,9 @@ def test_moderngl_draws_on_as_if_nothing_had_been(ctx: moderngl.Context, callers
     assert row == b"\xff\xff\x00\xff" * 8 + bytes(4 * 8)
     with ctx.scope(we.reader, moderngl.DEPTH_TEST):
         pass
-    assert Device.of(ctx).state.snapshot()["blend0"] == (1,)  # the scope brought blending back, as moderngl remembered
+    assert Device.of(ctx).state.snapshot()["blend0"] == (
+        1,
+    )  # the scope brought blending back, as moderngl remembered
 
 
 def test_framebuffers_named_keep_their_viewport_and_masks(

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from greensward.passes.light import LIGHT_BLOCK, exposure, sun_at_ground, to_sun
-from greensward.passes.sky import sh_basis
+from greensward.passes.light import LIGHT_BLOCK, sun_at_ground, to_sun
+from greensward.passes.sky import SKY_LIGHT_BLOCK, sh_basis
 from oracles import air, harmonics, light, tone
 from shader_calls import shader_call
 from small_scenes import small_scene
@@ -86,7 +86,7 @@ def test_sky_irradiance(device):
         "skyIrradiance(n)",
         {"n": normals},
         "vec3",
-        blocks={LIGHT_BLOCK: {"sky_sh": np.pad(coefficients, ((0, 0), (0, 1)))}},
+        blocks={SKY_LIGHT_BLOCK: {"sh": np.pad(coefficients, ((0, 0), (0, 1)))}},
     )
     expected = light.irradiance(coefficients, normals.astype(np.float64))
     assert np.abs(got - expected).max() < 2e-3 * expected.max()
@@ -113,20 +113,41 @@ def test_filmic_curve(device):
     assert got[0, 0] == pytest.approx(0.0, abs=1e-6)
 
 
+def _exposure(device, elevation_deg, strength, sky, exposure_ev=0.0):
+    scene = small_scene(sun={"elevation_deg": elevation_deg, "strength": strength})
+    values = {"to_sun": (*to_sun(scene), 0.0), "sun_here": (*sun_at_ground(scene), 0.0), "exposure_ev": exposure_ev}
+    up = {"up": np.array([sky], np.float32)}
+    return shader_call(
+        device, "passes/sky/ambient.comp", "exposureFor(up)", up, "float", blocks={LIGHT_BLOCK: values}
+    )[0]
+
+
 @pytest.mark.parametrize("elevation_deg", [2.0, 18.0, 60.0])
-def test_exposure_adapts_to_the_light_but_not_wholly(elevation_deg):
+def test_exposure_adapts_to_the_light_but_not_wholly(device, elevation_deg):
     """Ten times the light: the picture gets brighter, but by far less than ten times."""
     sky = np.array([0.5, 0.6, 0.9])
-    dim, bright = (
-        small_scene(sun={"elevation_deg": elevation_deg, "strength": strength}, post={"exposure_ev": 0.0})
-        for strength in (1.0, 10.0)
-    )
-    shown = 10.0 * exposure(bright, 10.0 * sky) / exposure(dim, sky)
-    assert 1.2 < shown < 2.5
-    stops = dim.model_copy(update={"post": dim.post.model_copy(update={"exposure_ev": 2.0})})
-    assert exposure(stops, sky) == pytest.approx(4 * exposure(dim, sky))
+    dim, bright = (_exposure(device, elevation_deg, strength, strength * sky) for strength in (1.0, 10.0))
+    assert 1.2 < 10.0 * bright / dim < 2.5
+    assert _exposure(device, elevation_deg, 1.0, sky, 2.0) == pytest.approx(4 * dim)
+    sun = sun_at_ground(small_scene(sun={"elevation_deg": elevation_deg}))
+    assert dim == pytest.approx(light.exposure(sun, sky, elevation_deg), rel=1e-4)
 
 
-def test_exposure_without_any_light_is_finite():
-    night = small_scene(sun={"elevation_deg": -10.0})
-    assert 0 < exposure(night, np.zeros(3)) < 1e9
+def test_exposure_without_any_light_is_finite(device):
+    assert 0 < _exposure(device, -10.0, 1.0, np.zeros(3)) < 1e9
+
+
+def test_the_light_of_the_sky_is_that_of_its_table(renderer):
+    drawn = renderer(small_scene())
+    sky = drawn._lighting._sky
+    table = np.frombuffer(sky._table.read(), np.float32).reshape(128, 256, 4)[..., :3].astype(np.float64)
+    v = (np.arange(128) + 0.5) / 64.0 - 1.0
+    elevation, azimuth = np.sign(v) * v * v * np.pi / 2.0, (np.arange(256) + 0.5) / 128.0 * np.pi
+    level, up = np.cos(elevation)[:, None], np.sin(elevation)[:, None] * np.ones(256)
+    directions = np.stack([level * np.cos(azimuth), up, level * np.sin(azimuth)], -1)
+    solid = np.cos(elevation) * np.abs(v) * np.pi * (2.0 / 128.0) * (2.0 * np.pi / 256.0)
+    expected = np.einsum("hwk,hwc,h->kc", sh_basis(directions), table, solid)
+    assert np.abs(drawn.light().sky_harmonics - expected).max() < 2e-4 * np.abs(expected).max()
+    up = drawn.light().sky_irradiance([[0.0, 1.0, 0.0]])[0]
+    assert np.allclose(up, light.irradiance(expected, np.array([[0.0, 1.0, 0.0]]))[0], rtol=1e-3)
+    assert np.allclose(sky.read()["mean"][:3] * np.pi, up, rtol=1e-3)

@@ -36,7 +36,7 @@ class Sky:
     def fill(self) -> None:
         """Draw the table by the light, and sum it up, without waiting for either."""
         self._pass.run(self._table)
-        self._ambient.run(1, sky_table=self._table, SkyLight=self._light.buffer)
+        self._ambient.run(1, sky_table=self._table, Ambient=self._light.buffer)
         self._ctx.memory_barrier(moderngl.UNIFORM_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
 
     def read(self) -> np.void:

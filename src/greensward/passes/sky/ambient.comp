@@ -4,7 +4,7 @@
 
 layout(local_size_x = 128) in;
 
-layout(std430) writeonly buffer SkyLight { Harmonics sky_light; };
+layout(std430) writeonly buffer Ambient { Harmonics sky_light; };
 
 uniform sampler2D sky_table;
 
