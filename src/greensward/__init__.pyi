@@ -14,6 +14,7 @@ from greensward.renderer import Counts as Counts
 from greensward.renderer import Frame as Frame
 from greensward.renderer import Renderer as Renderer
 from greensward.scene import Camera as Camera
+from greensward.scene import Clearing as Clearing
 from greensward.scene import Culling as Culling
 from greensward.scene import Flowers as Flowers
 from greensward.scene import Grass as Grass

@@ -1,6 +1,7 @@
 """Models of a scene: frozen, with TOML in and out and presets. Imports no GPU code."""
 
 from greensward.scene.classes import SurfaceClass
+from greensward.scene.clearing import Clearing
 from greensward.scene.colour import ChannelNoise, GroundColour, NoiseColour
 from greensward.scene.errors import GreenswardError, InputError, SceneError
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
@@ -34,6 +35,7 @@ __all__ = [
     "Camera",
     "Capsule",
     "ChannelNoise",
+    "Clearing",
     "Culling",
     "Cylinder",
     "EndlessGround",

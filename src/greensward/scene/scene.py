@@ -6,6 +6,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, PrivateAttr, model_validator
 
 from greensward.scene.base import Count, Many, Model, Text, default
+from greensward.scene.clearing import MOST_CLEARINGS, Clearing
 from greensward.scene.colour import GrassColour, GroundColour
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.flowers import MOST_FLOWERS, Flowers
@@ -38,6 +39,8 @@ class Scene(Model):
     """Plants as billboards."""
     sowing: Sowing = Sowing()
     """Sowing of the blades."""
+    clear: Annotated[Many[Clearing], Field(max_length=MOST_CLEARINGS)] = default(())
+    """Areas without grass. They lie at their places in the world, also beyond the edge of the ground, once each."""
     wind: Annotated[Many[Wind], Field(max_length=MOST_WINDS)] = default((Gusts(),))
     """Winds; they add up."""
     mass: Mass | None = None

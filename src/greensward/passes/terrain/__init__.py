@@ -12,7 +12,7 @@ from greensward.gpu.kernels import Draw, Kernel, Mesh
 from greensward.gpu.view import View
 from greensward.ground.rays import MaximumMipmap
 from greensward.passes.gbuffer import GBuffer
-from greensward.sowing import colour_defines
+from greensward.sowing import sward_defines
 from greensward.world import World
 
 _CELLS = 96  # per side of a level
@@ -46,7 +46,7 @@ class Terrain:
             f"{_FOLDER}/material.glsl",
             ["f1", "f2"],
             stage=stage,
-            defines={**tiles, **colour_defines(world.scene)},
+            defines={**tiles, **sward_defines(world.scene)},
             bindings=world.bindings,
         )
         corners = (self._corners, "2f4", "corner")

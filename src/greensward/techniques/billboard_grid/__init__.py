@@ -16,7 +16,7 @@ from greensward.ground.rays import MaximumMipmap
 from greensward.motion import motion_defines
 from greensward.scene import InputError, Scene
 from greensward.scene.base import linear
-from greensward.sowing import colour_defines
+from greensward.sowing import sward_defines
 from greensward.sowing.blade import FIRST_TRACED
 from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.techniques.billboard_grid.pictures import Billboards, mean_length_m
@@ -57,7 +57,7 @@ class BillboardGrid:
             return
         self._billboards = Billboards(device, scene, settings)
         self._mipmap = MaximumMipmap(device, heights)
-        defines = {**motion_defines(scene), **colour_defines(scene)}
+        defines = {**motion_defines(scene), **sward_defines(scene)}
         for name, flag in (
             ("FAR", far),
             ("MIDDLE_PLANE", settings.middle_plane),

@@ -117,7 +117,7 @@ vec2 shareAt(vec3 p_ws, Around a) {
     far *= farFade(away);
 #endif
     bool outside = ground.beyond == 1 && any(greaterThan(abs(inWorld(p_ws.xz)), 0.5 * ground.size_m));
-    return vec2(outside ? 0.0 : a.dense * map.r * greenAt(p_ws.xz, 0.5 * spacing_m) * far, map.b);
+    return vec2(outside ? 0.0 : a.dense * map.r * greenAt(p_ws.xz, 0.5 * spacing_m) * openAt(p_ws.xz, 0.0) * far, map.b);
 }
 
 float groundUnderneath(vec2 xz) {
