@@ -16,6 +16,7 @@ from greensward.renderer import Renderer as Renderer
 from greensward.scene import Camera as Camera
 from greensward.scene import Clearing as Clearing
 from greensward.scene import Culling as Culling
+from greensward.scene import Fence as Fence
 from greensward.scene import Flowers as Flowers
 from greensward.scene import Grass as Grass
 from greensward.scene import GreenswardError as GreenswardError

@@ -25,6 +25,7 @@ from greensward.motion import (
     absent_forces,
     same_kinds,
 )
+from greensward.objects.fences import all_objects
 from greensward.objects.helicopter import helicopters
 from greensward.objects.placing import Placing, Script
 from greensward.scene import InputError, NoiseColour, Scene
@@ -71,8 +72,8 @@ class World:
         self._sown = sown
         self.ground = GroundGpu(device, scene, heights)
         flying, flights = helicopters(scene.wind, heights)
-        self.objects = scene.object + flying
-        """Objects of the scene, and those that belong to its winds."""
+        self.objects = all_objects(scene, heights) + flying
+        """Objects of the scene, those of its fences, and those that belong to its winds."""
         self.placing = Placing(self.objects, heights, {**flights, **(scripts or {})})
         self.placed = self.previously_placed = self.placing.at(0.0)
         """World from own space of every object, now and a frame ago: float64 (objects, 4, 4)."""

@@ -46,6 +46,7 @@ SCENE = gs.Scene(
         objects.Mesh(position_m=(8, 0, 0), file="cow.glb"),
     ],
     clear=[gs.Clearing(path=[(0, 0), (4, 5)], width_m=3), gs.Clearing(outline=((0, 0), (1, 0), (0, 1)), edge_m=0)],
+    fence=[gs.Fence(path=np.array([(0, 0), (5, 0)]), rails_m=[0.5], post_m=(0.1, 1, 0.1))],
     water=gs.Water(level_m=-2),
     sun=gs.Sun(elevation_deg=20),
     sky=gs.Sky(clouds=0),

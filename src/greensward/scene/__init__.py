@@ -4,6 +4,7 @@ from greensward.scene.classes import SurfaceClass
 from greensward.scene.clearing import Clearing
 from greensward.scene.colour import ChannelNoise, GroundColour, NoiseColour
 from greensward.scene.errors import GreenswardError, InputError, SceneError
+from greensward.scene.fence import Fence
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.flowers import Flowers
 from greensward.scene.force import Footprints, ForceMap, Stamp, Tracks
@@ -39,6 +40,7 @@ __all__ = [
     "Culling",
     "Cylinder",
     "EndlessGround",
+    "Fence",
     "FlatGround",
     "Flowers",
     "Footprints",

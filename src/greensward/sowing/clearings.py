@@ -11,9 +11,9 @@ from greensward.gpu.device import Device
 from greensward.gpu.kernels import Bindings
 from greensward.ground import HeightField
 from greensward.objects.feet import feet_of, trapezoids
+from greensward.objects.paths import line_of
 from greensward.objects.placing import Placing
 from greensward.scene import Clearing, InputError, Scene
-from greensward.scene.force import curve
 from greensward.scene.objects import Object
 from greensward.sowing.colour import colour_defines
 from greensward.sowing.species import sward_values
@@ -26,8 +26,6 @@ _ROW = 1024
 """Texels in a row of the texture."""
 _ENTRY = 4
 """Texels of a piece in a cell."""
-_PER_CURVE = 8
-"""Straight parts of a curve between two points."""
 Floats = npt.NDArray[np.float64]
 Words = npt.NDArray[np.uint32]
 
@@ -58,7 +56,8 @@ class Pieces:
 
 def sward_defines(scene: Scene) -> dict[str, object]:
     """Defines of shaders of `sowing/sward.glsl`, so that they hold what the scene needs and no more."""
-    clears = scene.clear or any(each.clears and each.drawn and not each.path for each in scene.object)
+    clears = scene.clear or any(each.clears for each in scene.fence)
+    clears = clears or any(each.clears and each.drawn and not each.path for each in scene.object)
     return {**colour_defines(scene), **({"CLEARINGS": 1} if clears else {})}
 
 
@@ -79,19 +78,6 @@ def _cleared(table: Clearing) -> Pieces:
     a, b = (line[:-1], line[1:]) if len(line) > 1 else (line, line)
     each = (0.5 * width_m, table.edge_m, width_m + table.edge_m)
     return Pieces(np.stack([a, a, b, b], axis=1), *(np.full(len(a), value) for value in each))
-
-
-def line_of(path: Sequence[tuple[float, float]], smooth: bool) -> Floats:
-    """Points along a path, x and z, (n, 2): its own, and where it is smooth, those of the curve between them."""
-    points = np.array([point for i, point in enumerate(path) if not i or point != path[i - 1]], np.float64)
-    if not smooth or len(points) < 3:
-        return points
-    t = np.linspace(0.0, 1.0, _PER_CURVE, endpoint=False)[:, None]
-    parts = [
-        (1.0 - t) ** 3 * a + 3.0 * t * (1.0 - t) ** 2 * b + 3.0 * t * t * (1.0 - t) * c + t**3 * d
-        for a, b, c, d in (np.array(each) for each in curve(path))
-    ]
-    return np.concatenate([*parts, points[-1:]])
 
 
 def packed(pieces: Pieces) -> Words:
