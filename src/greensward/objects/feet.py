@@ -126,7 +126,8 @@ def _simple(outline: Floats) -> Floats:
         a, b, c = kept[k - 1], kept[k], kept[(k + 1) % len(kept)]
         if abs(_turn(a, b, c)) < _SAME_M * np.hypot(*(c - a)):
             kept.pop(k)
-        k += 1
+        else:
+            k += 1
     return np.array(kept)
 
 

@@ -16,7 +16,7 @@ uniform float large_px;
 
 bool isLarge(Strip s) {
 #ifndef SHADOW
-    if (min(min(s.c0.w, s.c1.w), s.c2.w) - s.width < 0.2) return true;  // perhaps before the near plane
+    if (min(min(s.c0.w, s.c1.w), s.c2.w) - s.width < max(near_m, 0.2)) return true;  // perhaps before the near plane
 #endif
     vec2 half_px = 0.5 * view.size_px.xy, a = s.c0.xy / s.c0.w, b = s.c1.xy / s.c1.w, c = s.c2.xy / s.c2.w;
     vec2 size = (max(max(a, b), c) - min(min(a, b), c)) * half_px;
