@@ -116,3 +116,12 @@ def test_trapezoids_make_up_any_polygon():
     crosses = (a[:, 1] < z) != (b[:, 1] < z)
     at = a[:, 0] + (z - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
     _agree(open_at(POINTS, pieces) < 0.5, (crosses & (at < x)).sum(axis=1) % 2 == 1, 1e-3)
+
+
+def test_a_fine_mesh_has_a_whole_foot_of_few_pieces(tmp_path):
+    trimesh.creation.icosphere(5, 2.0).export(tmp_path / "ball.glb")
+    scene = small_scene(object=[{"kind": "mesh", "file": "ball.glb", "position_m": [0.0, -1.0, 0.0]}])
+    scene, heights = scene.in_folder(tmp_path), HeightField.of(scene)
+    ((corners, _),) = feet_of(scene.object, Placing(scene.object, heights), heights, scene.resolve, HIGH_M)
+    _agree(open_at(POINTS, Pieces.of(corners, 0.0, 0.0)) < 0.5, np.hypot(*POINTS.T) < np.sqrt(4.0 - 0.7**2), 0.02)
+    assert len(corners) < 40

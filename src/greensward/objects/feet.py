@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFilter
 
 from greensward.ground import HeightField
 from greensward.io.meshes import TriMesh
 from greensward.objects.meshes import mesh_of
 from greensward.objects.placing import Placing
-from greensward.scene import Mesh
+from greensward.scene import Capsule, Mesh
 from greensward.scene.objects import Object
 
 Floats = npt.NDArray[np.float64]
@@ -23,6 +23,9 @@ Foot = tuple[Floats, float]
 _SUNK_M = 0.02
 """Depth below the ground down to which a surface counts."""
 _SIDES = 24
+_NOWHERE = (0.0, 0.0, 0.0)
+_ANGLES = np.linspace(0.0, 2.0 * np.pi, 96, endpoint=False) + 0.01
+_DIRECTIONS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=-1)
 _SAME_M = 0.005
 """Distance by which an outline may be simplified."""
 _TEXELS = 128
@@ -51,8 +54,11 @@ _Surface = tuple[Floats, npt.NDArray[np.int64], npt.NDArray[np.int64]]
 
 
 def _solid(shape: Object) -> _Surface:
-    same = {"kind", "size_m", "radius_m", "length_m"} & set(type(shape).model_fields)
-    return _shared(type(shape)(position_m=(0.0, 0.0, 0.0), **{name: getattr(shape, name) for name in same}))
+    if isinstance(shape, Capsule):
+        return _shared(Capsule(position_m=_NOWHERE, radius_m=shape.radius_m, length_m=shape.length_m))
+    assert not isinstance(shape, Mesh)
+    points, edges, triangles = _shared(type(shape)(position_m=_NOWHERE))  # a metre large
+    return points * shape.size_m, edges, triangles
 
 
 @lru_cache(maxsize=256)
@@ -98,20 +104,12 @@ def _hull(points: Floats, edges: npt.NDArray[np.int64], high_m: float) -> Foot:
 
 
 def _convex_hull(points: Floats) -> Floats:
-    """The corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
-    points = np.unique(np.round(points, 6), axis=0)
-    if len(points) < 3:
+    """The corners of the convex hull that lie farthest in one of many directions, turning from x to z."""
+    if not len(points):
         return points
-
-    def half(ordered: Floats) -> list[Floats]:
-        chain: list[Floats] = []
-        for point in ordered:
-            while len(chain) > 1 and _turn(chain[-2], chain[-1], point) <= 0.0:
-                chain.pop()
-            chain.append(point)
-        return chain[:-1]
-
-    return np.array(half(points) + half(points[::-1]))
+    farthest = (_DIRECTIONS @ points.T).argmax(axis=1)
+    corners: Floats = points[farthest[farthest != np.roll(farthest, 1)]]
+    return corners if len(corners) else points[:1]
 
 
 def _turn(a: Floats, b: Floats, c: Floats) -> float:
@@ -142,18 +140,29 @@ def _raster(points: Floats, triangles: npt.NDArray[np.int64], high_m: float, yaw
     flat = np.column_stack([(points[:, [0, 2]] - origin) @ own.T, points[:, 1]])[triangles]
     height = flat[..., 2]
     flat = flat[(height.max(axis=1) >= -_SUNK_M) & (height.min(axis=1) <= high_m)]
-    clipped = [part for part in (_clipped(corners, high_m) for corners in flat) if len(part)]
-    if not clipped:
+    if not len(flat):
         return np.zeros((0, 4, 2)), 0.0
-    low, high = (pick([pick(part, axis=0) for part in clipped], axis=0) for pick in (np.min, np.max))
+    # triangles of a few texels are drawn as points, and the gaps between these closed
+    size_m = np.ptp(flat[..., :2], axis=1).max(axis=1)
+    small = size_m < 3.0 * np.ptp(flat[..., :2].reshape(-1, 2), axis=0).max() / _TEXELS
+    dots = np.concatenate([flat[small], flat[small].mean(axis=1, keepdims=True)], axis=1).reshape(-1, 3)
+    dots = dots[(dots[:, 2] >= -_SUNK_M) & (dots[:, 2] <= high_m), :2]
+    parts = [part for part in (_clipped(each, high_m) for each in flat[~small]) if len(part)]
+    points = np.concatenate([dots, *parts])
+    if not len(points):
+        return np.zeros((0, 4, 2)), 0.0
+    low, high = points.min(axis=0), points.max(axis=0)
     texel_m = max(float((high - low).max()), 1e-3) / _TEXELS
     columns, rows = np.ceil((high - low) / texel_m).astype(int) + 1
-    image = Image.new("1", (int(columns), int(rows)))
+    image = Image.new("L", (int(columns), int(rows)))
     draw = ImageDraw.Draw(image)
-    for part in clipped:
-        draw.polygon([tuple(at) for at in (part - low) / texel_m - 0.5], fill=1, outline=1)
+    for part in parts:
+        draw.polygon(((part - low) / texel_m - 0.5).ravel().tolist(), fill=255, outline=255)
+    draw.point(np.floor((dots - low) / texel_m).ravel().tolist(), fill=255)
+    if len(dots):
+        image = image.filter(ImageFilter.MaxFilter(5)).filter(ImageFilter.MinFilter(5))
     # a point of the solid is on its surface between the heights, or inside it at each of them
-    mask = np.array(image) | _inside(flat, 0.37 * high_m, low, texel_m, int(rows), int(columns))
+    mask = (np.array(image) > 0) | _inside(flat, 0.37 * high_m, low, texel_m, int(rows), int(columns))
     corners = np.array([*_merged(mask)]) * texel_m + low
     return corners @ own + origin, 0.0
 
