@@ -114,13 +114,15 @@ def test_an_error_in_progress_leaves_the_renderer_usable(device, renderer):
 @pytest.mark.parametrize(
     ("aovs", "fix"),
     [
-        (["nonsense"], "nonsense; choose from depth, normal, class, blade_id, motion, albedo"),
-        (["depth", "blade-id"], r"blade-id; did you mean blade_id\?"),
-        ([""], "without a name; choose from"),
+        (["nonsense"], "unknown output nonsense; choose from depth, normal, class, blade_id, motion, albedo"),
+        (["depth", "blade-id"], r"unknown output blade-id; did you mean blade_id\?"),
+        ([""], "unknown output without a name; choose from"),
+        ("dept", r"unknown output dept; did you mean depth\?"),
+        ("depth", r'must be a list of names, such as \["depth"\] \(got "depth"\)'),
     ],
 )
 def test_unknown_aovs_are_refused(renderer, aovs, fix):
-    with pytest.raises(InputError, match=f"unknown output {fix}"):
+    with pytest.raises(InputError, match=f"aovs: {fix}"):
         renderer(small_scene()).render(aovs=aovs)
 
 

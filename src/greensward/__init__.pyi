@@ -15,7 +15,9 @@ from greensward.renderer import Eye as Eye
 from greensward.renderer import Frame as Frame
 from greensward.renderer import Renderer as Renderer
 from greensward.scene import Camera as Camera
+from greensward.scene import Clearing as Clearing
 from greensward.scene import Culling as Culling
+from greensward.scene import Fence as Fence
 from greensward.scene import Flowers as Flowers
 from greensward.scene import Grass as Grass
 from greensward.scene import GreenswardError as GreenswardError

@@ -25,10 +25,11 @@ from greensward.motion import (
     absent_forces,
     same_kinds,
 )
+from greensward.objects.fences import all_objects
 from greensward.objects.helicopter import helicopters
 from greensward.objects.placing import Placing, Script
 from greensward.scene import InputError, NoiseColour, Scene
-from greensward.sowing import Field, Page
+from greensward.sowing import Clearings, Field, Page
 
 Floats = npt.NDArray[np.float64]
 # parts of `sowing.full_density_m`
@@ -71,12 +72,13 @@ class World:
         self._sown = sown
         self.ground = GroundGpu(device, scene, heights)
         flying, flights = helicopters(scene.wind, heights)
-        self.objects = scene.object + flying
-        """Objects of the scene, and those that belong to its winds."""
+        self.objects = all_objects(scene, heights) + flying
+        """Objects of the scene, those of its fences, and those that belong to its winds."""
         self.placing = Placing(self.objects, heights, {**flights, **(scripts or {})})
         self.placed = self.previously_placed = self.placing.at(0.0)
         """World from own space of every object, now and a frame ago: float64 (objects, 4, 4)."""
-        self.field = Field(device, scene, self.ground, beside)
+        self._clearings = Clearings(device, scene, self.placing, self.objects, heights)
+        self.field = Field(device, scene, self.ground, beside, self._clearings.bindings)
         self._winds = Winds(device, scene, heights, self.placing.moving)
         self._forces = Forces(device, scene)
         bindings.update({**self.field.bindings, **self._winds.bindings, **self._forces.bindings})
@@ -238,4 +240,4 @@ class World:
         for part in (self.depth_pyramid, self._simulation, self._colliders, self._winds, self._forces):
             if part:
                 part.release()
-        release_all(self.visible, self._poses, self.field, self.ground)
+        release_all(self.visible, self._poses, self.field, self._clearings, self.ground)

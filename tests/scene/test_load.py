@@ -73,6 +73,18 @@ def test_every_preset_loads_and_has_a_title(name):
             'ground.kind: must be one of flat, heightmap, noise, endless, none (got "hill")',
         ),
         ("ground = {kind = []}", "ground.kind: must be one of flat, heightmap, noise, endless, none (got [])"),
+        (
+            "object = [{kind = 'box', position_m = [0, 0, 0], rotation_deg = 3}]",
+            "rotation_deg: unknown key; did you mean yaw_deg?",
+        ),
+        (
+            "object = [{kind = 'box', position_m = [0, 0, 0], color = '#ffffff'}]",
+            "color: unknown key; did you mean colour?",
+        ),
+        ("sowing = {density = 3}", "sowing.density: unknown key; did you mean density_per_m2?"),
+        ("sowing = {reach_km = 3}", "sowing.reach_km: unknown key; did you mean reach_m?"),
+        ("sun = {pitch_deg = 3}", "sun.pitch_deg: unknown key; did you mean elevation_deg?"),
+        ("object = [{file = 'a.glb', position_m = [0, 0, 0]}]", 'mesh (got ""); only "mesh" has all keys given'),
         ("colour = {}", 'colour.kind: must be one of noise, ground (got "")'),
         (
             "colour = {kind = 'ground'}",
@@ -326,7 +338,10 @@ def test_overrides_reach_keys_that_the_file_leaves_out(tmp_path):
     ("override", "expected"),
     [
         ("wind.7.speed_mps=1", "--set: wind: has no item 7 (1 in all, counted from 0)"),
-        ("wind.x.speed_mps=1", "--set: wind: has no item x (1 in all"),
+        (
+            "wind.x.speed_mps=1",
+            "--set: wind: is a list, so the number of an item must follow, as in wind.0.speed_mps",
+        ),
         ("object.0.kind=box", "--set: object: has no item 0 (it is empty)"),
         ("seed.x=1", "--set: seed: holds a single value, so it has no key x"),
         ("grass.0.heigth_m=1", "--set: grass[0].heigth_m: unknown key; did you mean height_m?"),

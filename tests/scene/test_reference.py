@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from greensward.scene import Scene
-from greensward.scene.base import models_in
 from greensward.scene.grass import species_table
+from greensward.scene.kinds import models_in
 from greensward.scene.reference import reference
 from greensward.techniques import SETTINGS
 

@@ -176,7 +176,7 @@ def test_motion_of_grass_is_the_way_its_blades_went(renderer, technique):
 
 @pytest.mark.slow
 def test_an_occluder_hides_grass(renderer, technique):
-    box = {"kind": "box", "position_m": [0.0, 0.0, 0.0], "size_m": [1.5, 1.0, 0.5]}
+    box = {"kind": "box", "position_m": [0.0, 0.0, 0.0], "size_m": [1.5, 1.0, 0.5], "clears": False}
     aovs = ["class", "depth", "blade_id"]
     both = renderer(_scene(technique, object=[box])).render(aovs=aovs)
     grass = renderer(_scene(technique)).render(aovs=aovs)
@@ -622,3 +622,14 @@ def test_a_gale_and_a_thousand_hours_are_drawn(renderer, technique):
     assert _cover(frame) > 500
     assert np.isfinite(frame.truth["motion"]).all()
     assert np.isfinite(frame.truth["normal"]).all()
+
+
+@pytest.mark.parametrize("stage", ["fragment", pytest.param("compute", marks=pytest.mark.slow)])
+def test_nothing_lies_before_the_near_plane_or_behind_the_far_one(renderer, technique, stage):
+    camera = {"position_m": [0.0, 0.3, 0.0], "target_m": [0.0, 0.35, -5.0], "near_m": 0.8, "far_m": 6.0}
+    tables = {"camera": camera, "shadows": {"enabled": False}, "sowing": {"density_per_m2": 120.0, "reach_m": 30.0}}
+    truth = renderer(_scene(technique, **tables), size=SMALL, stage=stage).render(aovs=["depth", "class"]).truth
+    shown = truth["depth"][truth["class"] != SKY]
+    assert (truth["class"] == GRASS_CLASS).mean() > 0.2
+    assert shown.min() >= 0.8 - 1e-4
+    assert shown.max() <= 6.0 + 1e-3

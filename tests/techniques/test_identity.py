@@ -67,6 +67,23 @@ def test_what_two_cameras_see_has_one_id(renderer, way):
         assert same[mine].mean() > (0.35 if kind == BladeKind.TRACED else 0.8), BladeKind(int(kind)).name
 
 
+@pytest.mark.parametrize("way", ["billboard-grid", "traced"])
+def test_an_id_of_traced_grass_names_one_blade(renderer, way):
+    """All pixels of an id lie within the reach of a blade, whatever the level of its picture, near and far."""
+    scene = _scene(way)
+    drawn = renderer(scene, size=(320, 180))
+    truth = drawn.render(aovs=("depth", "blade_id")).truth
+    mine = truth["blade_id"] >> np.uint64(60) == BladeKind.TRACED
+    points = world_points(drawn, scene.camera, np.where(mine, truth["depth"], 1.0))[mine][:, [0, 2]]
+    ids, blade = np.unique(truth["blade_id"][mine], return_inverse=True)
+    low, high = np.full((len(ids), 2), np.inf), np.full((len(ids), 2), -np.inf)
+    np.minimum.at(low, blade, points)
+    np.maximum.at(high, blade, points)
+    assert len(ids) > 3000
+    assert np.linalg.norm(high - low, axis=1).max() < 0.6
+    assert (ids & np.uint64((1 << 18) - 1) > 0).all()
+
+
 def test_an_id_is_of_one_root_whatever_way_the_field_came_there(renderer):
     scene = small_scene(
         ground=NOISE,
@@ -114,7 +131,7 @@ def test_ids_of_the_ground_tell_leaf_and_number(renderer):
 @pytest.mark.parametrize("kind", BladeKind)
 def test_parts_of_an_id_do_not_run_into_each_other(kind):
     random = np.random.default_rng(int(kind))
-    count = {BladeKind.TRACED: 1, BladeKind.GROUND: 4}.get(kind, 3)
+    count = {BladeKind.TRACED: 4, BladeKind.GROUND: 4}.get(kind, 3)
     parts = [random.integers(-3, 4, 200) for _ in range(count)]
     ids = blade_ids(kind, *parts)
     assert ids.dtype == np.uint64

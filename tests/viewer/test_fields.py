@@ -5,7 +5,7 @@ from pydantic import BaseModel
 
 import greensward as gs
 from greensward.scene import SceneError
-from greensward.scene.base import models_in
+from greensward.scene.kinds import models_in
 from greensward.techniques import SETTINGS
 from greensward.viewer.fields import all_keys, can_be_made, fields_of, new_table, slider_range, value_at, with_value
 

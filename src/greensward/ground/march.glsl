@@ -47,7 +47,7 @@ float march(vec3 eye, vec3 ray, float from, float above_m) {
     vec2 along = ray.xz * ground.samples_per_m;
     float nudge = 1e-3 / max(max(abs(along.x), abs(along.y)), 1e-6);  // a thousandth of a cell
     int level = top_level;
-    for (int i = 0; i < 400 && t < range_m.y; i++) {
+    for (int i = 0; i < 4096 && t < range_m.y; i++) {
         // beyond its edge the ground goes on mirrored, or repeated
         vec2 at = at0 + along * t, copy = floor(at / last), inside = at - copy * last, direction = along;
         bvec2 turned = ground.beyond == REPEAT ? bvec2(false) : notEqual(mod(copy, 2.0), vec2(0.0));

@@ -15,20 +15,21 @@ Shape = Box | Sphere | Cylinder | Capsule | Mesh
 _SIDES, _RINGS = 96, 48  # fine enough that no silhouette shows its corners
 
 
-def mesh_of(shape: Shape, resolve: Callable[[str], Path]) -> TriMesh:
+def mesh_of(shape: Shape, resolve: Callable[[str], Path], sides: int = _SIDES) -> TriMesh:
     """The surface of an object before it is turned and placed; the centre of its base is the origin.
 
-    `resolve` finds the files that the scene names. Raises `InputError` for a mesh that cannot be read.
+    `resolve` finds the files that the scene names; what is round has so many `sides`. Raises `InputError` for a mesh
+    that cannot be read.
     """
     match shape:
         case Box():
             return _box(np.array(shape.size_m))
         case Sphere():
-            return _revolved(_ball(0.5, 1.0), np.array(shape.size_m))
+            return _revolved(_ball(0.5, 1.0), np.array(shape.size_m), sides)
         case Cylinder():
-            return _revolved(_LIDDED, np.array(shape.size_m))
+            return _revolved(_LIDDED, np.array(shape.size_m), sides)
         case Capsule():
-            return _revolved(_ball(shape.radius_m, shape.length_m), np.ones(3))
+            return _revolved(_ball(shape.radius_m, shape.length_m), np.ones(3), sides)
         case Mesh():
             mesh = read_mesh(resolve(shape.file))
             low, high = mesh.bounds
@@ -69,16 +70,16 @@ def _ball(radius: float, length: float) -> Floats:
     return np.concatenate([low, high if length > 2.0 * radius else high[1:]])
 
 
-def _revolved(profile: Floats, scale: Floats) -> TriMesh:
+def _revolved(profile: Floats, scale: Floats, sides: int) -> TriMesh:
     """A profile turned about y and scaled; u goes round it, v along the profile."""
-    turn = np.linspace(0.0, 2.0 * np.pi, _SIDES + 1)
+    turn = np.linspace(0.0, 2.0 * np.pi, sides + 1)
     turn[-1] = 0.0  # so that the seam is closed
     ring = np.stack([np.cos(turn), np.ones_like(turn), np.sin(turn)], -1)
     positions, normals = (profile[:, [k, k + 1, k]][:, None, :] * ring * by for k, by in ((0, scale), (2, 1 / scale)))
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(profile[:, :2], axis=0).T))])
-    uv = np.stack(np.meshgrid(1.0 - np.linspace(0, 1, _SIDES + 1), along / along[-1]), -1)
-    corner = np.arange(len(profile) * (_SIDES + 1)).reshape(len(profile), -1)
+    uv = np.stack(np.meshgrid(1.0 - np.linspace(0, 1, sides + 1), along / along[-1]), -1)
+    corner = np.arange(len(profile) * (sides + 1)).reshape(len(profile), -1)
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
     radius, height = profile[:, 0], profile[:, 1]
     apart = (np.diff(radius) != 0.0) | (np.diff(height) != 0.0)

@@ -1,8 +1,10 @@
 """Models of a scene: frozen, with TOML in and out and presets. Imports no GPU code."""
 
 from greensward.scene.classes import SurfaceClass
+from greensward.scene.clearing import Clearing
 from greensward.scene.colour import ChannelNoise, GroundColour, NoiseColour
 from greensward.scene.errors import GreenswardError, InputError, SceneError
+from greensward.scene.fence import Fence
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.flowers import Flowers
 from greensward.scene.force import Footprints, ForceMap, Stamp, Tracks
@@ -34,9 +36,11 @@ __all__ = [
     "Camera",
     "Capsule",
     "ChannelNoise",
+    "Clearing",
     "Culling",
     "Cylinder",
     "EndlessGround",
+    "Fence",
     "FlatGround",
     "Flowers",
     "Footprints",

@@ -1,12 +1,24 @@
 """Base of every scene model: strict numbers, units in the key, help on the field."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeAlias, TypeVar, get_args, overload
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Protocol, Self, TypeAlias, TypeVar, get_args, overload
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Strict,
+    ValidationError,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
+
+from greensward.scene.errors import SceneError
+from greensward.scene.problems import sentences
 
 _NAMES_A_FILE = "names a file"
 
@@ -27,6 +39,19 @@ def _as_text(path: Any) -> Any:
     return path.as_posix() if isinstance(path, Path) else path
 
 
+def _without_arrays(value: Any) -> Any:
+    """The value with lists and numbers in the place of NumPy's arrays and scalars."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return [_without_arrays(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _not_one_table(values: Any) -> Any:
+    if isinstance(values, BaseModel):  # which can be iterated over, key by key
+        raise ValueError(f"must be a list, so put the {type(values).__name__} into brackets")
+    return values
+
+
 _T = TypeVar("_T")
 _Given = TypeVar("_Given", contravariant=True)
 _Held = TypeVar("_Held", covariant=True)
@@ -41,6 +66,12 @@ _Extent = Annotated[float, Strict(), Field(gt=0, le=100_000)]
 
 if TYPE_CHECKING:
 
+    class Array(Protocol):
+        """NumPy's array, which a scene knows by what it can do."""
+
+        def tolist(self) -> Any:
+            """Return lists of numbers."""
+
     class Converted(Generic[_Given, _Held]):
         """Field whose constructor takes more types than the model holds, as type checkers see it."""
 
@@ -51,8 +82,8 @@ if TYPE_CHECKING:
         def __get__(self, model: object, owner: Any) -> Any: ...
         def __set__(self, model: object, value: _Given) -> None: ...
 
-    _Two: TypeAlias = tuple[_T, _T] | list[_T]
-    _Three: TypeAlias = tuple[_T, _T, _T] | list[_T]
+    _Two: TypeAlias = tuple[_T, _T] | list[_T] | Array
+    _Three: TypeAlias = tuple[_T, _T, _T] | list[_T] | Array
     Pair: TypeAlias = Converted[_Two[_T], tuple[_T, _T]]
     Range: TypeAlias = Pair[_T]
     OptionalPair: TypeAlias = Converted[_Two[_T] | None, tuple[_T, _T] | None]
@@ -60,9 +91,9 @@ if TYPE_CHECKING:
     Triple: TypeAlias = Converted[_Three[_T], tuple[_T, _T, _T]]
     Point: TypeAlias = Triple[float]
     OptionalPoint: TypeAlias = Converted[_Three[float] | None, tuple[float, float, float] | None]
-    Many: TypeAlias = Converted[Sequence[_T], tuple[_T, ...]]
-    GroundPoints: TypeAlias = Converted[Sequence[_Two[float]], tuple[tuple[float, float], ...]]
-    Points: TypeAlias = Converted[Sequence[_Three[float]], tuple[tuple[float, float, float], ...]]
+    Many: TypeAlias = Converted[Sequence[_T] | Array, tuple[_T, ...]]
+    GroundPoints: TypeAlias = Converted[Sequence[_Two[float]] | Array, tuple[tuple[float, float], ...]]
+    Points: TypeAlias = Converted[Sequence[_Three[float]] | Array, tuple[tuple[float, float, float], ...]]
     Places: TypeAlias = Points
     FileName: TypeAlias = Converted[str | Path, str]
     OptionalFileName: TypeAlias = Converted[str | Path | None, str | None]
@@ -76,7 +107,7 @@ else:
     Triple = tuple[_T, _T, _T]
     Point = Triple[_Coordinate]
     OptionalPoint = Point | None
-    Many = tuple[_T, ...]
+    Many = Annotated[tuple[_T, ...], BeforeValidator(_not_one_table)]
     GroundPoints = Many[Pair[_Coordinate]]
     Points = Many[Point]
     Places = Many[tuple[_Coordinate, _Coordinate, _Turn]]
@@ -96,11 +127,54 @@ def default(value: Any) -> Any:
 
 
 class Model(BaseModel):
-    """A frozen part of a scene. Unknown keys, strings for numbers, NaN and infinity are refused."""
+    """A frozen part of a scene. Unknown keys, strings for numbers, NaN and infinity are refused.
+
+    NumPy's arrays and scalars count as lists and numbers. Raises `SceneError`, one sentence for each problem.
+    """
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True, use_attribute_docstrings=True
     )
+
+    if not TYPE_CHECKING:  # type checkers derive the constructor from the fields
+
+        def __init__(self, /, *values: Any, **keys: Any) -> None:
+            name = type(self).__name__
+            if values:
+                first = next(iter(type(self).model_fields), "key")
+                raise SceneError([f"{name}: takes values by key only, such as {name}({first}=…)"])
+            try:
+                super().__init__(**keys)
+            except ValidationError as error:
+                raise _told(error, type(self)) from None
+
+        # pydantic validates inner tables without their constructors, so that one error holds all problems
+        __init__.__pydantic_base_init__ = True
+
+        def __setattr__(self, key: str, value: Any) -> None:
+            if not key.startswith("_"):
+                name = type(self).__name__
+                cure = f'make a copy with model_copy(update={{"{key}": …}})'
+                raise SceneError([f"{name}: {key}: cannot change, as a scene and its parts are frozen; {cure}"])
+            super().__setattr__(key, value)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with these keys changed, validated like a new one. Raises `SceneError`."""
+        if not update:
+            return super().model_copy(deep=deep)
+        made = type(self)(**{**dict(self), **(self.model_extra or {}), **update})
+        return super().model_copy(update={key: getattr(made, key) for key in update}, deep=deep)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _holds_no_arrays(cls, values: Any) -> Any:
+        if not isinstance(values, dict):
+            return values
+        return {key: _without_arrays(value) for key, value in values.items()}
+
+
+def _told(error: ValidationError, model: type[BaseModel]) -> SceneError:
+    return SceneError(dict.fromkeys(sentences(error, model, lambda _: model.__name__)))
 
 
 class Area(Model):
@@ -133,16 +207,3 @@ def names_a_file(field: FieldInfo) -> bool:
     return _NAMES_A_FILE in field.metadata or any(
         _NAMES_A_FILE in get_args(part) for part in get_args(field.annotation)
     )
-
-
-def models_in(annotation: Any) -> tuple[type[BaseModel], ...]:
-    """The models that a field of this type may hold; several where `kind` chooses among them."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return (annotation,)
-    return tuple(model for part in get_args(annotation) for model in models_in(part))
-
-
-def kind_of(model: type[BaseModel]) -> str | None:
-    """The `kind` by which a scene file chooses this model, where it does."""
-    kinds = get_args(model.model_fields["kind"].annotation) if "kind" in model.model_fields else ()
-    return kinds[0] if len(kinds) == 1 else None

@@ -9,8 +9,9 @@ from typing import Any, TypeAlias
 
 from pydantic import BaseModel, ValidationError
 
-from greensward.scene.base import kind_of, models_in, names_a_file
+from greensward.scene.base import names_a_file
 from greensward.scene.errors import InputError, SceneError
+from greensward.scene.kinds import kind_of, models_in
 from greensward.scene.plain import defaults_of, plain
 from greensward.scene.problems import Loc, Models, did_you_mean, one_of, place_of, sentences, short
 from greensward.scene.save import saved_text
@@ -173,8 +174,7 @@ class _Changes:
         for depth in range(len(loc)):
             key: Any = loc[depth]
             if isinstance(node, list) and (not str(key).isdecimal() or int(key) >= len(node)):
-                count = f"{len(node)} in all, counted from 0" if node else "it is empty"
-                return self._refuse(origin, loc[:depth], f"has no item {short(str(key), False)} ({count})")
+                return self._refuse(origin, loc[:depth], _no_item(node, loc, depth))
             if not isinstance(node, dict | list):
                 return self._refuse(origin, loc[:depth], f"holds a single value, so it has no key {key}")
             key = int(key) if isinstance(node, list) else key
@@ -244,6 +244,16 @@ def _pairs(overrides: Mapping[str, Any] | Sequence[str], changes: _Changes) -> I
             changes.problems.append(f"--set: must be key=value, such as wind.0.speed_mps=12 (got {short(key)})")
         else:
             yield loc, toml_value(value) if isinstance(value, str) else value
+
+
+def _no_item(items: list[Any], loc: Loc, depth: int) -> str:
+    """The rule that the key at this depth breaks, which is not the number of one of these items."""
+    count = f"{len(items)} in all, counted from 0" if items else "it is empty"
+    if not items or str(loc[depth]).isdecimal():
+        return f"has no item {short(str(loc[depth]), False)} ({count})"
+    names_a_key = isinstance(items[0], dict) and depth == len(loc) - 1
+    meant = (*loc[:depth], "0", *loc[depth + (not names_a_key) :])
+    return f"is a list, so the number of an item must follow, as in {'.'.join(map(str, meant))} ({count})"
 
 
 def toml_value(text: str) -> Any:

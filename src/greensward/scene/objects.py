@@ -83,6 +83,8 @@ class _Object(Model):
     """True if it is visible."""
     collides: Flag = True
     """True if it presses simulated grass down."""
+    clears: Flag = True
+    """True if no grass of the ground grows where it stands; for an object that is drawn and never moves."""
     path: Path | None = None
     """Path that it moves along. Without one it stays."""
     grass: Fur | None = None

@@ -4,14 +4,39 @@ import json
 import re
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
+from itertools import product
 from typing import Any, TypeAlias
 
 from pydantic import BaseModel, ValidationError
 
-from greensward.scene.base import kind_of, models_in
+from greensward.scene.kinds import kind_of, models_in
 
 Loc: TypeAlias = tuple[int | str, ...]
 Models: TypeAlias = tuple[type[BaseModel], ...]
+_UNITS = "m|cm|mm|km|px|deg|rad|s|ms|mps|mps2|kmh|m_s|hz|kg|kg_per_m2|per_m2|m2|ev|stops"
+_FOREIGN_WORDS = {
+    "angle": ("yaw", "azimuth", "direction"),
+    "collide": ("collides",),
+    "color": ("colour",),
+    "colors": ("colour", "colours"),
+    "eye": ("position",),
+    "gray": ("grey",),
+    "heading": ("yaw", "azimuth", "direction"),
+    "length": ("height", "size"),
+    "location": ("position",),
+    "look": ("target",),
+    "lookat": ("target",),
+    "orientation": ("yaw",),
+    "pitch": ("lean", "elevation"),
+    "pos": ("position",),
+    "radius": ("size",),
+    "rot": ("yaw",),
+    "rotation": ("yaw", "azimuth", "direction"),
+    "tilt": ("lean", "elevation"),
+    "velocity": ("speed",),
+    "visible": ("drawn",),
+}
+"""Words of other programs by those of a scene."""
 
 
 def sentences(
@@ -32,8 +57,8 @@ def sentences(
         elif kind == "extra_forbidden":
             rule = _unknown_key(str(loc[-1]), models)
         elif kind in ("union_tag_invalid", "union_tag_not_found"):
-            loc, given = (*loc, "kind"), given.get("kind", "")
-            rule = one_of(given, [str(kind_of(option)) for option in models])
+            rule = _kind_rule(dict(given), models)
+            loc = (*loc, "kind")
         elif "expected" in context:
             rule = one_of(given, re.findall(r"'([^']*)'", context["expected"]))
         elif kind == "too_short":
@@ -70,14 +95,38 @@ def _untagged(loc: Loc, model: type[BaseModel]) -> tuple[Loc, Models]:
     return place, options
 
 
+def _kind_rule(given: Mapping[str, Any], models: Models) -> str:
+    """The rule of a table whose `kind` is missing or unknown; other keys may tell which one was meant."""
+    kinds = [str(kind_of(option)) for option in models]
+    rule = one_of(given.get("kind", ""), kinds)
+    able = [kind for kind, option in zip(kinds, models, strict=True) if set(given) <= set(option.model_fields)]
+    return rule if "kind" in given or len(able) != 1 else f'{rule}; only "{able[0]}" has all keys given'
+
+
 def _unknown_key(key: str, models: Models) -> str:
     if not models:
         return "unknown key"
     owners = [f'"{kind_of(other)}"' for other in models[1:] if key in other.model_fields]
     if owners:
         return f'belongs to kind {" or ".join(owners)}, but the kind here is "{kind_of(models[0])}"'
-    near = did_you_mean(key, models[0].model_fields)
+    near = _key_meant(key, models[0].model_fields)
     return f"unknown key{near or '; known here are ' + ', '.join(models[0].model_fields)}"
+
+
+def _key_meant(key: str, known: Iterable[str]) -> str:
+    """`; did you mean …?` where a known key says the same in other words or units, or is near."""
+    names = list(known)
+    words = _stem(key[:80].lower()).split("_")[:4]
+    for meant in map("_".join, product(*((word, *_FOREIGN_WORDS.get(word, ())) for word in words))):
+        for name in names:
+            if meant and meant in (name, _stem(name)):
+                return f"; did you mean {name}?"
+    return did_you_mean(key, names)
+
+
+def _stem(key: str) -> str:
+    """A key without its unit."""
+    return re.sub(rf"(_({_UNITS}))+$", "", key)
 
 
 def _rule(kind: str, loc: Loc, context: Mapping[str, Any], table: bool) -> str:
@@ -154,5 +203,7 @@ def short(value: Any, quoted: bool = True) -> str:
             return f"[{', '.join(shown + ['…'] * (len(value) > 4))}]"
         case dict():
             return "a table"
+        case BaseModel():
+            return f"a {type(value).__name__}"
         case _:
             return str(value)

@@ -8,8 +8,9 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from greensward.scene.base import kind_of, models_in, names_a_file
+from greensward.scene.base import names_a_file
 from greensward.scene.grass import Grass, species_table
+from greensward.scene.kinds import kind_of, models_in
 from greensward.scene.scene import DEFAULT_KINDS, Scene
 
 _UNITS = {

@@ -7,9 +7,9 @@ from typing import Any, TypeAlias
 
 from pydantic import BaseModel, ValidationError
 
-from greensward.scene.base import kind_of
 from greensward.scene.edits import Edits
 from greensward.scene.errors import SceneError
+from greensward.scene.kinds import kind_of
 from greensward.scene.plain import defaults_of, held, plain
 from greensward.scene.problems import sentences
 from greensward.scene.scene import Scene

@@ -6,7 +6,9 @@ from typing import Annotated, Any, Self
 from pydantic import Field, PrivateAttr, model_validator
 
 from greensward.scene.base import Count, Many, Model, Text, default
+from greensward.scene.clearing import MOST_CLEARINGS, Clearing
 from greensward.scene.colour import GrassColour, GroundColour
+from greensward.scene.fence import MOST_FENCES, Fence
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
 from greensward.scene.flowers import MOST_FLOWERS, Flowers
 from greensward.scene.force import MOST_FORCES, Force
@@ -38,6 +40,8 @@ class Scene(Model):
     """Plants as billboards."""
     sowing: Sowing = Sowing()
     """Sowing of the blades."""
+    clear: Annotated[Many[Clearing], Field(max_length=MOST_CLEARINGS)] = default(())
+    """Areas without grass. They lie at their places in the world, also beyond the edge of the ground, once each."""
     wind: Annotated[Many[Wind], Field(max_length=MOST_WINDS)] = default((Gusts(),))
     """Winds; they add up."""
     mass: Mass | None = None
@@ -50,6 +54,8 @@ class Scene(Model):
     """Growth over time. Without it, the grass is full-grown."""
     object: Annotated[Many[Object], Field(max_length=1000)] = default(())
     """Objects in the grass."""
+    fence: Annotated[Many[Fence], Field(max_length=MOST_FENCES)] = default(())
+    """Fences."""
     water: Water | None = None
     """A lake."""
     sun: Sun = Sun()

@@ -14,6 +14,7 @@ from greensward.gpu.memory import available_bytes
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.scene import InputError, Scene
 from greensward.sowing.blade import BLADE, FIRST_TRACED, MOST_BLADES, POSE
+from greensward.sowing.clearings import sward_defines
 from greensward.sowing.colour import GrassColours, colour_defines
 from greensward.sowing.growth import cover_at
 from greensward.sowing.identity import BladeKind, Ids, blade_ids
@@ -51,10 +52,12 @@ class Field:
     """All blades within reach of a focus, thinned with distance from it, and those of all objects.
 
     Any prefix of a tile is a fair sample of it. The bounds of tiles leave room for what is drawn `beside` blades, in
-    mean distances between them.
+    mean distances between them. `clearings` are those of the scene, by their names in shaders.
     """
 
-    def __init__(self, device: Device, scene: Scene, ground: GroundGpu, beside: float = 0.0) -> None:
+    def __init__(
+        self, device: Device, scene: Scene, ground: GroundGpu, beside: float = 0.0, clearings: Bindings | None = None
+    ) -> None:
         self._device = device
         self._scene = scene
         self._ground = ground
@@ -76,11 +79,17 @@ class Field:
         self._block = BlockBuffer(device.ctx, SWARD_BLOCK)
         self._block.set(**values)  # type: ignore[arg-type]
         self._colours = GrassColours(device, scene)
-        self.bindings: Bindings = {**ground.bindings, **self._colours.bindings, "Sward": self._block}
+        self.bindings: Bindings = {
+            **ground.bindings,
+            **self._colours.bindings,
+            **(clearings or {}),
+            "Sward": self._block,
+        }
         """Ground, sward and its colours, by their names in shaders."""
         # a technique may keep records of its own for each blade, up to twice as large
         self._page_blades = min(device.limits.storage_block_bytes, 1 << 30) // (2 * BLADE.dtype.itemsize)
-        self._sower = Sower(device, "sowing/sow.comp", self._page_blades, self.bindings, colour_defines(scene))
+        defines = sward_defines(scene) if clearings else colour_defines(scene)
+        self._sower = Sower(device, "sowing/sow.comp", self._page_blades, self.bindings, defines)
         self._on_ground = StreamedPages(device, self._sower, scene.growth is not None)
         self._unstored_keys: list[npt.NDArray[np.int64]] = []
         self._transform = BladeTransform(device, scene) if scene.growth or self._to_sow else None

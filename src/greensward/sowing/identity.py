@@ -25,7 +25,7 @@ class BladeKind(IntEnum):
     FLAT_TILE = 5
     """Cell x and z, its ring."""
     TRACED = 6
-    """Hash of the billboard and of the blade in its picture."""
+    """Kind of billboard, its plane in the grid, its copy along that, number of the blade in its picture."""
     FLOWER = 7
     """Index of the table in `[[flowers]]`, cell x and z."""
 
@@ -36,7 +36,7 @@ _WIDTHS: dict[BladeKind, tuple[int, ...]] = {
     BladeKind.PATCH: (20, 20, 20),
     BladeKind.BILLBOARD: (23, 23, 14),
     BladeKind.FLAT_TILE: (26, 26, 8),
-    BladeKind.TRACED: (60,),
+    BladeKind.TRACED: (3, 21, 18, 18),
     BladeKind.FLOWER: (8, 26, 26),
 }
 """Bits of each part, the uppermost first. A place may be negative: two's complement."""

@@ -3,6 +3,7 @@
 #include "shaders/noise.glsl"
 #include "ground/ground.glsl"
 #include "sowing/colour.glsl"
+#include "sowing/clearings.glsl"
 #include "layout/Sward"
 #include "layout/SpeciesRow"
 
@@ -42,8 +43,8 @@ Sward swardOn(vec3 at, vec3 facing) {
     return s;
 }
 
-// The mean over a footprint, or what is right at a root
-Sward swardAt(vec2 xz, float footprint_m) {
+// With maps, but without clearings
+Sward swardByMaps(vec2 xz, float footprint_m) {
     vec4 map = textureLod(density_map, mapUv(xz), 0.0);
     vec2 world = inWorld(xz);
     Sward s = swardOn(vec3(world.x, 0.0, world.y), vec3(0.0, 1.0, 0.0));
@@ -51,6 +52,13 @@ Sward swardAt(vec2 xz, float footprint_m) {
     s.height *= map.b;
     bool outside = any(greaterThan(abs(world), 0.5 * ground.size_m));
     if (ground.beyond == 1 && outside) s.density = 0.0;
+    return s;
+}
+
+// The mean over a footprint, or what is right at a root
+Sward swardAt(vec2 xz, float footprint_m) {
+    Sward s = swardByMaps(xz, footprint_m);
+    s.density *= openAt(xz, footprint_m);
     return s;
 }
 

@@ -22,6 +22,7 @@ _DEGREES_PER_PX = 0.18
 _STEEPEST_DEG = 58.0
 _SOFTNESS_S = 0.09  # time constant of a change of speed
 _CLEAR_M = 0.2  # least height of a flying camera above the ground
+_FURTHEST_M = 999_980.0  # so that its target can be written in a scene too
 _UP_DOWN_DEG = 89.0
 _FOV_DEG = (2.0, 110.0)
 
@@ -123,7 +124,8 @@ class CameraController:
 
     def camera(self) -> Camera:
         """Return the current camera; its heights are absolute."""
-        position, target = self.position_ws, self.position_ws + 10.0 * self.forward_ws
+        position = np.clip(self.position_ws, -_FURTHEST_M, _FURTHEST_M)
+        target = position + 10.0 * self.forward_ws
         return self.lens.model_copy(
             update={
                 "position_m": tuple(round(float(x), 6) for x in position),

@@ -11,8 +11,9 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import PydanticUndefined
 
 from greensward.scene import Grass, Scene, SceneError
-from greensward.scene.base import kind_of, models_in, names_a_file
+from greensward.scene.base import names_a_file
 from greensward.scene.grass import species_table
+from greensward.scene.kinds import kind_of, models_in
 from greensward.scene.problems import sentences
 from greensward.scene.reference import unit_of
 from greensward.techniques import SETTINGS

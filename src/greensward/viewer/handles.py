@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from greensward.ground import HeightField
 from greensward.scene import Helicopter, Scene
-from greensward.scene.base import kind_of
+from greensward.scene.kinds import kind_of
 from greensward.viewer.fields import KeyPath
 
 Floats = npt.NDArray[np.float64]

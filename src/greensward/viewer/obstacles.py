@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from greensward.ground import HeightField
 from greensward.io.meshes import read_mesh
+from greensward.objects.fences import all_objects
 from greensward.objects.placing import Placing
 from greensward.scene import Box, Capsule, GreenswardError, Mesh, Scene
 from greensward.scene.objects import Object
@@ -36,7 +37,8 @@ class Obstacles:
     @classmethod
     def of(cls, scene: Scene, heights: HeightField) -> "Obstacles":
         """Return the obstacles of a scene."""
-        return cls(scene.object, Placing(scene.object, heights), scene.resolve)
+        objects = all_objects(scene, heights)
+        return cls(objects, Placing(objects, heights), scene.resolve)
 
     def at(self, time_s: float) -> None:
         """Move the obstacles to their positions at a time."""

@@ -198,11 +198,14 @@ class Session:
     def _update_controller(self) -> None:
         """Pass ground, objects and water to the camera controller if they changed."""
         old, new = self._walked_scene, self.scene
-        same_ground = old is not None and old.ground == new.ground and old.seed == new.seed
-        if old is not None and same_ground and (old.object, old.water) == (new.object, new.water):
+
+        def same(*names: str) -> bool:
+            return old is not None and all(getattr(old, name) == getattr(new, name) for name in names)
+
+        if same("ground", "seed", "object", "fence", "water"):
             return
         try:
-            if not same_ground:
+            if not same("ground", "seed"):
                 self.heights = HeightField.of(new)
             obstacles = Obstacles.of(new, self.heights)
         except GreenswardError as error:

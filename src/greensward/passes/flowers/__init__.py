@@ -13,7 +13,7 @@ from greensward.gpu.layouts import struct
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.passes.flowers.pictures import flower_array
-from greensward.sowing import colour_defines
+from greensward.sowing import sward_defines
 from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.world import FrameTime, World
 
@@ -43,7 +43,7 @@ class BillboardFlowers:
         self._grow = Kernel(
             device,
             f"{_FOLDER}/grow.comp",
-            {**motion_defines(world.scene), **colour_defines(world.scene)},
+            {**motion_defines(world.scene), **sward_defines(world.scene)},
             world.bindings,
         )
         stages = f"{_FOLDER}/flower.vert", f"{_FOLDER}/flower.frag"

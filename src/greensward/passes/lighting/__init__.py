@@ -16,7 +16,7 @@ from greensward.passes.light import LIGHT_BLOCK, light_values
 from greensward.passes.shadows import ShadowMaps, shadow_from_world
 from greensward.passes.sky import Sky
 from greensward.scene import Scene
-from greensward.sowing import colour_defines
+from greensward.sowing import sward_defines
 
 
 class Lighting:
@@ -26,7 +26,7 @@ class Lighting:
         self, device: Device, bindings: Bindings, scene: Scene, size: tuple[int, int], stage: Stage | None
     ) -> None:
         self._ctx = device.ctx
-        defines = {"PHONG": 1, **colour_defines(scene)} if scene.phong else {}
+        defines = {"PHONG": 1, **sward_defines(scene)} if scene.phong else {}
         self._pass = FullScreenPass(
             device, "passes/lighting/lighting.glsl", ["f2"], stage=stage, defines=defines, bindings=bindings
         )

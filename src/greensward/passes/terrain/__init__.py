@@ -1,6 +1,7 @@
-"""Terrain: geometry clipmaps, nested square grids around the camera, each level twice as coarse; or ray marched."""
+"""Terrain: a ray for each pixel of a picture; in shadow maps geometry clipmaps, nested grids around the camera."""
 
 import math
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -12,7 +13,7 @@ from greensward.gpu.kernels import Draw, Kernel, Mesh
 from greensward.gpu.view import View
 from greensward.ground.rays import MaximumMipmap
 from greensward.passes.gbuffer import GBuffer
-from greensward.sowing import colour_defines
+from greensward.sowing import sward_defines
 from greensward.world import World
 
 _CELLS = 96  # per side of a level
@@ -22,14 +23,13 @@ _FOLDER = "passes/terrain"
 class Terrain:
     """Draws the ground with the colour of soil, maps, and of the sward where blades end.
 
-    `after_all`: in pictures all that needs the depth buffer is drawn before it, so that rays can find the ground.
+    `after_all`: in pictures all that needs the depth buffer is drawn before it, so that a compute shader may draw it.
     """
 
     def __init__(self, device: Device, world: World, stage: Stage, after_all: bool) -> None:
         ctx = device.ctx
         self._exists = world.ground.heights.exists
-        marches = after_all and stage == "compute" and self._exists
-        self._march = _March(device, world) if marches else None
+        self._rays = _Rays(device, world, after_all and stage == "compute")
         cell = min(world.ground.heights.cell_m())
         self._spacing = min(max(2.0 ** math.floor(math.log2(cell)), 0.25), 1.0)
         far = world.scene.camera.far_m
@@ -46,28 +46,24 @@ class Terrain:
             f"{_FOLDER}/material.glsl",
             ["f1", "f2"],
             stage=stage,
-            defines={**tiles, **colour_defines(world.scene)},
+            defines={**tiles, **sward_defines(world.scene)},
             bindings=world.bindings,
         )
         corners = (self._corners, "2f4", "corner")
         meshes = Mesh((corners,), self._full), Mesh((corners,), self._ring)
         stages = f"{_FOLDER}/terrain.vert", f"{_FOLDER}/terrain.frag"
-        self._draws = {
-            purpose: Draw(device, *stages, defines=defines, bindings=world.bindings, meshes=meshes)
-            for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
-        }
+        self._triangles = Draw(device, *stages, bindings=world.bindings, meshes=meshes)
 
     def draw(self, view: View) -> None:
         """Draw the surface: depth and ids; its colour and normal come later, where it is seen."""
         if not self._exists:
             return
-        if self._march and view.purpose == "picture":
-            self._march.run(view)
+        if view.purpose == "picture":
+            self._rays.run(view)
             return
-        draw = self._draws[view.purpose]
-        draw.run(moderngl.TRIANGLES, finest=self._spacing, first_level=0)
+        self._triangles.run(moderngl.TRIANGLES, finest=self._spacing, first_level=0)
         if self._levels > 1:
-            draw.run(moderngl.TRIANGLES, -1, self._levels - 1, 1, finest=self._spacing, first_level=1)
+            self._triangles.run(moderngl.TRIANGLES, -1, self._levels - 1, 1, finest=self._spacing, first_level=1)
 
     def paint(self, gbuffer: GBuffer) -> None:
         """Fill in colour and normal of the pixels that show ground."""
@@ -77,30 +73,35 @@ class Terrain:
 
     def release(self) -> None:
         """Free the GPU resources."""
-        self._material.release()
-        if self._march:
-            self._march.release()
-        release_all(*self._draws.values(), self._corners, self._full, self._ring)
+        release_all(self._material, self._rays, self._triangles, self._corners, self._full, self._ring)
 
 
-class _March:
-    """The ground by rays in a compute shader, which writes the G-buffer's images where it is nearest."""
+class _Rays:
+    """The ground by rays where it is nearest: of a compute shader that writes images, or among triangles."""
 
-    def __init__(self, device: Device, world: World) -> None:
-        self._ctx = device.ctx
-        self._kernel = Kernel(device, f"{_FOLDER}/march.comp", {}, world.bindings)
+    def __init__(self, device: Device, world: World, compute: bool) -> None:
+        self._device = device
+        self._shader: Kernel | Draw
+        if compute:
+            self._shader = Kernel(device, f"{_FOLDER}/march.comp", {}, world.bindings)
+        else:
+            self._shader = Draw(device, "shaders/screen.vert", f"{_FOLDER}/march.frag", bindings=world.bindings)
+            self._shader.set(reversed_depth=device.features.clip_control)
         self._mipmap = MaximumMipmap(device, world.ground.heights)
-        self._mipmap.describe(self._kernel)
+        self._mipmap.describe(self._shader)
 
     def run(self, view: View) -> None:
         """Follow a ray through every pixel."""
-        self._kernel.run_over(view.size_px, Highest=self._mipmap.buffer, range_m=view.near_and_far_m)
-        self._ctx.memory_barrier(IMAGES_WRITTEN)
+        values: dict[str, Any] = {"Highest": self._mipmap.buffer, "range_m": view.near_and_far_m}
+        if isinstance(self._shader, Draw):
+            self._shader.run(moderngl.TRIANGLES, 3, **values)
+            return
+        self._shader.run_over(view.size_px, **values)
+        self._device.ctx.memory_barrier(IMAGES_WRITTEN)
 
     def release(self) -> None:
         """Free the GPU resources."""
-        self._kernel.release()
-        self._mipmap.release()
+        release_all(self._shader, self._mipmap)
 
 
 def _grid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Draw, Kernel
 from greensward.gpu.layouts import BlockBuffer, struct
 from greensward.gpu.view import View
-from greensward.sowing import colour_defines
+from greensward.sowing import sward_defines
 from greensward.sowing.identity import Ids
 from greensward.techniques.blades.leaf import LEAF_BLOCK, LeafSettings
 from greensward.techniques.technique import Needs
@@ -78,7 +78,7 @@ class BezierBlades:
         tests, occlusion = world.scene.culling, world.depth_pyramid is not None
         self._culling = BladeCulling(device, bindings, tests, "techniques/blades/width.glsl", occlusion)
         stages = [f"{_FOLDER}/blade.{stage}" for stage in ("vert", "tesc", "tese", "frag")]
-        colours = colour_defines(world.scene)
+        colours = sward_defines(world.scene)
         self._prepare: dict[str, Kernel] = {}
         self._draws: dict[str, Draw] = {}
         for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1})):

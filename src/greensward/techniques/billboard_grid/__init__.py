@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel
 
+from greensward.gpu.buffers import at_least
 from greensward.gpu.device import IMAGES_WRITTEN, Device
 from greensward.gpu.full_screen import FullScreenPass
 from greensward.gpu.kernels import Draw, Kernel, Resource
@@ -16,9 +17,10 @@ from greensward.ground.rays import MaximumMipmap
 from greensward.motion import motion_defines
 from greensward.scene import InputError, Scene
 from greensward.scene.base import linear
-from greensward.sowing import colour_defines
+from greensward.sowing import sward_defines
 from greensward.sowing.blade import FIRST_TRACED
-from greensward.sowing.identity import BladeKind, Ids, blade_ids
+from greensward.sowing.identity import Ids
+from greensward.sowing.pages import ID_BYTES
 from greensward.techniques.billboard_grid.pictures import Billboards, mean_length_m
 from greensward.techniques.billboard_grid.settings import GridSettings
 from greensward.techniques.technique import Needs
@@ -50,6 +52,8 @@ class BillboardGrid:
         self._mipmap: MaximumMipmap | None = None
         self._billboards: Billboards | None = None
         self._shadow: _Shadow | None = None
+        self._ids = device.ctx.buffer(reserve=ID_BYTES)
+        """Permanent id of what each pixel shows."""
         self._trace: Kernel | Draw | None = None
         material = _mean_material(scene)
         heights = world.ground.heights
@@ -57,7 +61,7 @@ class BillboardGrid:
             return
         self._billboards = Billboards(device, scene, settings)
         self._mipmap = MaximumMipmap(device, heights)
-        defines = {**motion_defines(scene), **colour_defines(scene)}
+        defines = {**motion_defines(scene), **sward_defines(scene)}
         for name, flag in (
             ("FAR", far),
             ("MIDDLE_PLANE", settings.middle_plane),
@@ -123,7 +127,10 @@ class BillboardGrid:
             relative_from_clip = np.linalg.inv(view.clip_from_world @ view.world_from_relative)
             casting.draw(view.size_px, **values, range_m=(0.0, _FARTHEST_M), relative_from_clip=relative_from_clip)
             return
-        values["range_m"] = view.near_and_far_m
+        if view.size_px[0] * view.size_px[1] > FIRST_TRACED:
+            raise InputError(f"size: a picture of traced grass has at most {FIRST_TRACED:,} pixels")
+        self._ids = at_least(self._device, self._ids, ID_BYTES * view.size_px[0] * view.size_px[1])
+        values |= {"range_m": view.near_and_far_m, "TracedIds": self._ids}
         if isinstance(self._trace, Kernel):
             self._trace.run_over(view.size_px, **values)
             self._device.ctx.memory_barrier(IMAGES_WRITTEN)
@@ -132,8 +139,10 @@ class BillboardGrid:
             self._trace.run(moderngl.TRIANGLES, 3, **values)
 
     def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
-        """Make ids of the numbers, which are hashes of the billboard and of the blade in its picture already."""
-        return blade_ids(BladeKind.TRACED, numbers - FIRST_TRACED)
+        """Look up the ids, which the rays have left for each pixel; a number is that of a pixel."""
+        self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
+        ids: Ids = np.frombuffer(self._ids.read(), np.uint64)[numbers - FIRST_TRACED]
+        return ids
 
     def considered(self, view: View) -> int:  # noqa: ARG002
         """Count none: it has no blades that could be tested."""
@@ -145,7 +154,7 @@ class BillboardGrid:
 
     def release(self) -> None:
         """Free textures and programs."""
-        for part in (self._billboards, self._mipmap, self._trace, self._shadow):
+        for part in (self._billboards, self._mipmap, self._trace, self._shadow, self._ids):
             if part:
                 part.release()
 

@@ -1,6 +1,7 @@
 """Textures of the billboards: grown from blades of the scene's own species, or from a user's files."""
 
 from dataclasses import dataclass
+from itertools import product
 
 import moderngl
 import numpy as np
@@ -26,6 +27,8 @@ _MOST_ROWS = 4096
 _INSTANCE = np.dtype([("number", "u4"), ("moved_m", "f4", 3), ("order", "f4")])
 _VERTICES = 22
 Rows = npt.NDArray[np.float32]
+_MOST_NUMBERED = 1 << 18
+"""Blades of a picture that ids tell apart."""
 _CLOSED_SLABS = 8
 """Number of slabs that together let nothing through: the picture of the last billboard that a ray meets."""
 _ABOUT_A_SLAB = np.pi / 4.0
@@ -41,8 +44,8 @@ class Picture:
     """Linear red, green, blue, and opacity: (layers, rows, columns, 4)."""
     shape: npt.NDArray[np.uint8]
     """Normal across and upwards, rank, place along the blade: (layers, rows, columns, 4)."""
-    blade: npt.NDArray[np.uint16]
-    """Number of the blade in its layer, from 1: (layers, rows, columns)."""
+    blade: npt.NDArray[np.uint32]
+    """Blade by `_numbered`, 0 for none: (layers, rows, columns)."""
 
 
 class Billboards:
@@ -66,7 +69,7 @@ class Billboards:
     @property
     def nbytes(self) -> int:
         """GPU memory in bytes, but for coarser levels."""
-        texel_bytes = 8, 4, 2
+        texel_bytes = 8, 4, 4
         return sum(texel_bytes[i % 3] * int(np.prod(texture.size)) for i, texture in enumerate(self._textures))
 
     def release(self) -> None:
@@ -75,20 +78,37 @@ class Billboards:
 
 
 def _uploaded(ctx: moderngl.Context, picture: Picture, repeat_y: bool = False) -> list[moderngl.TextureArray]:
-    layers, rows, columns, _ = picture.colour.shape
+    _, rows, columns, _ = picture.colour.shape
     result = []
-    for values, components, dtype in ((picture.colour, 4, "f2"), (picture.shape, 4, "f1"), (picture.blade, 1, "u2")):
+    blade = _with_coarser(picture.blade)
+    for values, components, dtype in ((picture.colour, 4, "f2"), (picture.shape, 4, "f1"), (blade, 1, "u4")):
         texture = ctx.texture_array(
-            (columns, rows, layers), components, np.ascontiguousarray(values).tobytes(), alignment=1, dtype=dtype
+            (columns, rows, len(values)), components, np.ascontiguousarray(values).tobytes(), alignment=1, dtype=dtype
         )
         texture.repeat_x, texture.repeat_y = True, repeat_y
-        if dtype == "u2":
+        if dtype == "u4":
             texture.filter = moderngl.NEAREST, moderngl.NEAREST
         else:
             texture.build_mipmaps()
             texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
         result.append(texture)
     return result
+
+
+def _with_coarser(blade: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
+    """Numbers of blades, and in as many layers more their coarser levels below each other: the highest of four."""
+    below, level, row = np.zeros_like(blade), blade, 0
+    while min(level.shape[1:]) > 1:
+        rows, columns = (edge // 2 for edge in level.shape[1:])
+        level = level[:, : 2 * rows, : 2 * columns].reshape(len(blade), rows, 2, columns, 2).max(axis=(2, 4))
+        below[:, row : row + rows, :columns] = level
+        row += rows
+    return np.concatenate([blade, below])
+
+
+def _numbered(blade: npt.NDArray[np.int64], aside: int = 0, ahead: int = 0) -> npt.NDArray[np.int64]:
+    """Numbers of blades of a picture, from 1, which tell how many pictures to each side a blade has its root."""
+    return 9 * (blade % _MOST_NUMBERED) + 3 * (ahead + 1) + aside + 2
 
 
 def _grow(device: Device, scene: Scene, settings: GridSettings) -> tuple[Picture, Picture, float]:
@@ -261,18 +281,15 @@ def _standing(
     chosen = np.flatnonzero(np.all([(root[:, k] >= low[k]) & (root[:, k] < high[k]) for k in ground], axis=0))
     points, wide = _points(rows[chosen]), rows[chosen, 11]
     span = np.stack([points.min(axis=1) - wide[:, None], points.max(axis=1) + wide[:, None]])
-    moves = [np.zeros(3)]
-    for axis in wrapped:
-        edge = np.eye(3)[axis] * (high[0] - low[0])
-        moves = [move + times * edge for move in moves for times in (-1, 0, 1)]
     parts = []
-    for move in moves:
+    for x, z in product((-1, 0, 1), (-1, 0, 1) if 2 in wrapped else (0,)):
+        move = np.array([x, 0.0, z]) * (high[0] - low[0])
         there = np.all(
             [(span[1, :, k] + move[k] > 0.0) & (span[0, :, k] + move[k] < high[0] - low[0]) for k in wrapped], axis=0
         )
         part = np.zeros(int(there.sum()), _INSTANCE)
         part["number"], part["moved_m"] = chosen[there], move
-        part["order"] = np.flatnonzero(there) % 65535 + 1
+        part["order"] = _numbered(np.flatnonzero(there), x, z)
         parts.append(part)
     return np.concatenate(parts)
 
@@ -290,7 +307,7 @@ def _halved(targets: list[moderngl.Texture]) -> Picture:
     return Picture(
         means[0],
         np.round(255.0 * np.clip(means[1].astype(np.float32), 0.0, 1.0)).astype(np.uint8),
-        blades.astype(np.uint16),
+        blades.astype(np.uint32),
     )
 
 
@@ -309,9 +326,9 @@ def _read(scene: Scene, file: str, key: str) -> Picture:
     colour = np.concatenate([decoded(pixels[..., :3]) * alpha, alpha], -1).astype(np.float16)
     v = ((np.arange(len(pixels)) + 0.5) / len(pixels))[:, None, None]
     shape = np.concatenate([0.5 * alpha, 0.5 * alpha, 0.5 * alpha, v * alpha], -1)
-    columns = np.arange(pixels.shape[1])[None, :] * 128 // pixels.shape[1] + 1
+    columns = _numbered(np.arange(pixels.shape[1])[None, :] * 128 // pixels.shape[1])
     blade = np.where(alpha[..., 0] > 0.0, columns, 0)
-    return Picture(colour[None], np.round(255.0 * shape).astype(np.uint8)[None], blade.astype(np.uint16)[None])
+    return Picture(colour[None], np.round(255.0 * shape).astype(np.uint8)[None], blade.astype(np.uint32)[None])
 
 
 def _closed(side: Picture) -> Picture:

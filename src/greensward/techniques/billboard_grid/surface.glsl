@@ -1,12 +1,15 @@
 // The surface that a pixel shows of the grid.
 #include "shaders/gbuffer.glsl"
 #include "shaders/surface.glsl"
+#include "layout/SurfaceBits"
 #include "techniques/billboard_grid/trace.glsl"
 
 const float TILT = 2.1;  // in radians, from those that lean to the viewer to those that lean away
 
+layout(std430) writeonly buffer TracedIds { uvec2 traced_ids[]; };  // of each pixel that shows traced grass
+
 bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
-    float end_m = depthAt(pixel);
+    float end_m = min(depthAt(pixel), range_m.y);
     Traced t;
     Around a;
     vec3 ray = rayThrough(pixel), start_rs = startOf(pixel);
@@ -28,7 +31,7 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     vec3 toViewer = normalize(view.eye_ws.xyz - p_ws * view.eye_ws.w);
     vec3 back = normalize(toViewer - up * dot(toViewer, up)), wall = normalize(0.8 * back + 0.75 * up);
     // where a pixel is wider than blades they would be drawn a pixel wide, and each in its own direction
-    vec3 random = unit(hash3(uvec3(t.blade, 5u, sward.seed))) - 0.5;
+    vec3 random = unit(hash3(uvec3(t.blade, sward.seed))) - 0.5;
     drifted *= mix(vec3(1.0), shadeOf(random.x), t.coarse);
     float around = 3.14159 * random.y, tilt = TILT * random.z;
     vec3 turned = cos(tilt) * (cos(around) * back + sin(around) * cross(up, back)) + sin(tilt) * up;
@@ -40,7 +43,9 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     s.occlusion = mix(mix(0.2, 0.8, far), 1.0, high * (2.0 - high));
     s.normal_ws = normalize(mix(t.normal_ws, wall, 0.8 * far));
     s.surfaceClass = CLASS_GRASS;
-    s.bladeNumber = t.blade;
+    uint index = uint(pixel.y * int(view.size_px.x) + pixel.x);
+    traced_ids[index] = t.blade;
+    s.bladeNumber = FIRST_TRACED | index & (FIRST_TRACED - 1u);
     vec3 moved = q * (a.before1 - a.v1) + r * r * (a.before2 - a.v2);
     s.previousClip = view.previous_clip_from_relative * vec4(p_rs + moved, 1.0);
     return true;

@@ -4,7 +4,7 @@
 #include "culling/level_of_detail.glsl"
 #include "motion/pose.glsl"
 #include "techniques/blades/material.glsl"
-#include "layout/SurfaceBits"
+#include "layout/BladeKind"
 
 uniform sampler2DArray side_colour;
 uniform sampler2DArray side_shape;
@@ -54,7 +54,7 @@ struct Traced {
     float high;      // of the height of the grass, and
     float along;     // of the blade's length, times opacity both
     float depth_m;   // where the threshold was reached, or NOWHERE_M
-    uint blade;
+    uvec2 blade;     // its permanent id
     float rest;      // part of its height at which what shows there stands when nothing moves
     float coarse;    // 0 where a pixel shows one blade there, to 1 where it is wider than several
 };
@@ -117,7 +117,7 @@ vec2 shareAt(vec3 p_ws, Around a) {
     far *= farFade(away);
 #endif
     bool outside = ground.beyond == 1 && any(greaterThan(abs(inWorld(p_ws.xz)), 0.5 * ground.size_m));
-    return vec2(outside ? 0.0 : a.dense * map.r * greenAt(p_ws.xz, 0.5 * spacing_m) * far, map.b);
+    return vec2(outside ? 0.0 : a.dense * map.r * greenAt(p_ws.xz, 0.5 * spacing_m) * openAt(p_ws.xz, 0.0) * far, map.b);
 }
 
 float groundUnderneath(vec2 xz) {
@@ -171,7 +171,30 @@ bool reached(inout Traced t, float depth_m, float lod) {
     return true;
 }
 
-uint bladeNumberOf(uint plane, uint number) { return FIRST_TRACED | hash3(uvec3(plane, number, sward.seed)).x & (FIRST_TRACED - 1u); }
+const uint ALONG_X = 0u, ALONG_Z = 1u, FROM_ABOVE = 2u, CLOSING = 3u;  // kinds of billboard; the last and one of the first two
+
+// As sowing/identity.py joins it
+uvec2 idOf(uint kind, int plane, int copy, uint number) {
+    uint at = uint(copy) & 0x3ffffu;
+    return uvec2(at << 18u | number & 0x3ffffu, BLADE_KIND_TRACED << 28u | kind << 25u | (uint(plane) & 0x1fffffu) << 4u | at >> 14u);
+}
+
+// The blade of a texel of the level that is shown, or of a coarser one where it has none: its number, and in how many billboards
+// to each side it has its root
+uvec3 bladeIn(usampler2DArray blades, vec2 uv, int layer, float lod) {
+    ivec3 size = textureSize(blades, 0);
+    int most = findMSB(min(size.x, size.y)), level = clamp(int(round(lod)), 0, most), row = 0;
+    uint found = 0u;
+    for (int k = 0; k <= most && found == 0u; k++) {
+        ivec2 edge = size.xy >> k;
+        ivec2 texel = min(ivec2(uv * vec2(edge)), edge - 1);
+        // coarser levels lie below each other in the second half of the layers
+        if (k >= level) found = texelFetch(blades, k == 0 ? ivec3(texel, layer) : ivec3(texel.x, row + texel.y, size.z / 2 + layer), 0).r;
+        if (k > 0) row += edge.y;
+    }
+    uint move = (max(found, 1u) - 1u) % 9u;
+    return uvec3((max(found, 1u) - 1u) / 9u + 1u, move % 3u, move / 3u);
+}
 
 // It stands for some `billboards`. `closing` is for the last that a ray meets: an opaque picture of the grass behind it all
 void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, float above_m, vec2 direction, float depth_m, vec2 share,
@@ -227,10 +250,10 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
     if (reached(t, depth_m, lod + SHARPER)) {
         t.rest = rest;
 #ifndef SHADOW
-        ivec3 texel = ivec3(ivec2(fract(uv.x) * size.x, min(uv.y * size.y, size.y - 1.0)), layer);
-        int copy = int(floor(u)) + (alongX ? first_billboard.x : first_billboard.y);
-        uint here = texelFetch(side_blade, texel, 0).r + 65536u * uint(copy);
-        t.blade = bladeNumberOf(uint(plane) * 2u + uint(alongX), here);
+        int first = alongX ? first_billboard.x : first_billboard.y;
+        uvec3 blade = bladeIn(side_blade, vec2(fract(uv.x), uv.y), layer, lod);
+        int copy = int(floor(uv.x)) + (mirror ? -first : first) + int(blade.y) - 1;
+        t.blade = idOf((alongX ? ALONG_X : ALONG_Z) + (closing ? CLOSING : 0u), plane, copy, blade.x);
 #endif
     }
 }
@@ -256,10 +279,9 @@ void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, vec3 
     if (reached(t, depth_m, lod)) {
         t.rest = at;
 #ifndef SHADOW
-        ivec3 texel = ivec3(ivec2(fract(uv) * size), 0);
-        uvec2 copy = uvec2(ivec2(floor(uv)) + first_billboard);
-        uint here = texelFetch(top_blade, texel, 0).r;
-        t.blade = bladeNumberOf(4000000000u + copy.x * 71u + copy.y * 7919u, here);
+        uvec3 blade = bladeIn(top_blade, fract(uv), 0, lod);
+        ivec2 copy = ivec2(floor(uv)) + first_billboard + ivec2(blade.yz) - 1;
+        t.blade = idOf(FROM_ABOVE, copy.y, copy.x, blade.x);
 #endif
     }
 }
@@ -330,7 +352,7 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
 // The ray from a point in relative space, to the depth of what is there already
 bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool on_ground, out Traced t, out Around a) {
     random_threshold = unit(hash3(uvec3(pixel, floatBitsToUint(view.jitter.x)))).x;
-    t = Traced(vec4(0.0), vec3(0.0), 0.0, 0.0, NOWHERE_M, 0u, 0.0, 0.0);
+    t = Traced(vec4(0.0), vec3(0.0), 0.0, 0.0, NOWHERE_M, uvec2(0u), 0.0, 0.0);
     float nearest_m = range_m.x;
 #ifdef FAR
     nearest_m = max(nearest_m, ENDING * sward.blades_m / length(ray));

@@ -17,7 +17,7 @@ from greensward.gpu.kernels import Draw, Mesh
 from greensward.gpu.layouts import BlockBuffer
 from greensward.gpu.view import View
 from greensward.scene import InputError
-from greensward.sowing import Page, colour_defines
+from greensward.sowing import Page, sward_defines
 from greensward.sowing.identity import Ids, beside
 from greensward.techniques.blades.leaf import LEAF_BLOCK
 from greensward.techniques.expanded_roots.settings import RootSettings
@@ -85,7 +85,7 @@ class ExpandedRoots:
         settings, world = self._settings, self._world
         blades = 1 + settings.extra_blades
         occluded = world.depth_pyramid is not None
-        defines = {**test_defines(world.scene.culling, purpose, occluded), **colour_defines(world.scene)}
+        defines = {**test_defines(world.scene.culling, purpose, occluded), **sward_defines(world.scene)}
         own = settings.expansion == "invocations" and blades > 1
         if own:
             defines["INVOCATIONS"] = blades

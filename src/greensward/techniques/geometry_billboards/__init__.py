@@ -15,7 +15,7 @@ from greensward.gpu.layouts import BlockBuffer
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.scene import Scene
-from greensward.sowing import colour_defines
+from greensward.sowing import sward_defines
 from greensward.sowing.growth import GROWTH_BLOCK, curve_rows, phase_at
 from greensward.sowing.identity import Ids
 from greensward.sowing.pattern import pattern_of
@@ -61,7 +61,7 @@ class GeometryBillboards:
         self._flat = Draw(
             device,
             *_FLAT,
-            defines={**distance_defines(scene.culling), **colour_defines(scene)},
+            defines={**distance_defines(scene.culling), **sward_defines(scene)},
             bindings=bindings,
             meshes=[mesh],
         )
@@ -79,7 +79,7 @@ class GeometryBillboards:
     def _blade_draw(self, bindings: Bindings, purpose: str) -> Draw:
         assert self._tiles
         scene, settings = self._world.scene, self._settings
-        defines = {**distance_defines(scene.culling), **motion_defines(scene), **colour_defines(scene)}
+        defines = {**distance_defines(scene.culling), **motion_defines(scene), **sward_defines(scene)}
         defines["VERTICES"] = 2 * max(settings.segments) + 2
         flags = {
             "SHADOW": purpose == "shadow",

@@ -2,11 +2,13 @@
 #include "shaders/emit.glsl"
 #include "shaders/hash.glsl"
 #include "culling/level_of_detail.glsl"
+#include "sowing/clearings.glsl"
 
 uniform sampler2D tile_image;  // square roots of colours, or of half the factors of the sward's
 uniform bool tile_painted;
 
 in vec2 uv;
+in vec2 place_xz;
 in vec3 position_rs;
 in vec3 up_ws;
 in vec3 previousClip;
@@ -40,7 +42,8 @@ void main() {
     float away = distance(position_rs + view.origin_ws.xyz, view.camera_ws.xyz);
     // some of the ground shows where grass is thin, and at the end of its reach
     vec3 chance = unit(hash3(uvec3(ivec3(floor(16.0 * uv), bladeNumber))));
-    if (chance.x >= cover * (1.0 - farFade(away)) || away >= sward.blades_m) discard;
+    float footprint_m = max(length(dFdx(place_xz)), length(dFdy(place_xz)));
+    if (chance.x >= cover * openAt(place_xz, footprint_m) * (1.0 - farFade(away)) || away >= sward.blades_m) discard;
     Surface s;
     s.baseColour = tile_painted ? texelAt(uv) : 2.0 * texelAt(uv) * mottled() * material.rgb;
     s.transmittance = material.w;

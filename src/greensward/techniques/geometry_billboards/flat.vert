@@ -12,6 +12,7 @@ in vec4 first, second;
 uniform float tile_m;  // edge of the tiles that bear blades
 
 out vec2 uv;
+out vec2 place_xz;  // counted from the anchor
 out vec3 position_rs;
 out vec3 up_ws;
 out vec3 previousClip;
@@ -27,8 +28,9 @@ void main() {
     vec3 at = position_rs + view.origin_ws.xyz, up = normalize(first.xyz + second.xyz), away = at - view.camera_ws.xyz;
     vec2 place = (vec2(tile) + corner) * edge_m - ground.anchor_m;
     // whole tiles left out, for precision far from the origin
+    place_xz = place;
     uv = (vec2(tile & 1023) + corner) * (edge_m / tile_m);
-    Sward s = swardAt(place, edge_m);
+    Sward s = swardByMaps(place, edge_m);  // clearings are finer
     float share = s.density * slopeShare(up.y);
     material = swardColour(place, s, edge_m);
     cover = 1.0 - exp(-occludingLayers(sward.density_per_m2 * sward.blade_m.x * share * s.height, -dot(away, up) / length(away), view.camera_pixel_m.x * length(away) + view.camera_pixel_m.y));

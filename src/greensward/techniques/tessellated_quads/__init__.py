@@ -15,7 +15,7 @@ from greensward.gpu.layouts import WORD, BlockBuffer
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.scene import InputError
-from greensward.sowing import colour_defines
+from greensward.sowing import sward_defines
 from greensward.sowing.identity import Ids
 from greensward.techniques.blades.leaf import LEAF_BLOCK
 from greensward.techniques.technique import Needs
@@ -71,7 +71,7 @@ class TessellatedQuads:
     def _defines(self, purpose: str) -> dict[str, object]:
         scene, settings = self._world.scene, self._settings
         defines: dict[str, object] = {"PATCHES": len(settings.patch), "FADING": FADING}
-        defines |= {**distance_defines(scene.culling), **colour_defines(scene)}
+        defines |= {**distance_defines(scene.culling), **sward_defines(scene)}
         if self._instances:
             defines |= {"INSTANCED": 1, **motion_defines(scene)}
         if scene.culling.frustum:

@@ -26,7 +26,7 @@ from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.scene import InputError
 from greensward.scene.base import Count
-from greensward.sowing import Page, UnstoredPage, colour_defines
+from greensward.sowing import Page, UnstoredPage, sward_defines
 from greensward.sowing.identity import Ids
 from greensward.techniques.blades.leaf import LEAF_BLOCK, LeafSettings
 from greensward.techniques.technique import Needs
@@ -122,7 +122,7 @@ class VisibilityBuffer:
         bindings["Leaf"] = self._block
         tests, occlusion = world.scene.culling, world.depth_pyramid is not None
         fold = {"FOLD": 1} if any(grass.shape == "quadratic-3d" for grass in world.scene.grass) else {}
-        colours = colour_defines(world.scene)
+        colours = sward_defines(world.scene)
         unstored = {"culling/blades.glsl": '#include "motion/unstored_blades.glsl"'}
         self._nearer: DepthPyramid | None = None
         self._clear: dict[str, Kernel] = {}

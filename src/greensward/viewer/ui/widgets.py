@@ -9,7 +9,7 @@ from typing import Any
 from imgui_bundle import imgui
 from pydantic import BaseModel
 
-from greensward.scene.base import kind_of
+from greensward.scene.kinds import kind_of
 from greensward.scene.plain import plain
 from greensward.scene.toml_text import spelled
 from greensward.viewer.fields import FieldSpec, KeyPath, can_be_made, fields_of, new_table, slider_range, value_at
