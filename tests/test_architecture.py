@@ -19,7 +19,7 @@ _LAYERS = (
     ("cli", "viewer", "bench"),
     ("renderer",),
     ("lens",),
-    ("truth",),
+    ("truth", "queries"),
     ("library", "frame", "viewpoint", "winds", "grounds", "forces", "colours"),
     ("techniques", "passes"),
     ("world",),

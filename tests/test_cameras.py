@@ -7,7 +7,7 @@ import pytest
 
 from greensward.gpu.view import look_at
 from greensward.lens import directions, project
-from greensward.scene import Camera, InputError, SurfaceClass
+from greensward.scene import Camera, InputError, SceneError, SurfaceClass
 from greensward.viewpoint import camera_from_matrices, camera_from_opencv, camera_view, intrinsics
 from oracles import lens as oracle
 from small_scenes import NOISE, small_scene
@@ -208,7 +208,7 @@ def test_intrinsics_grow_with_the_picture_they_were_measured_in():
     ],
 )
 def test_lenses_that_contradict_themselves(keys, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(SceneError, match=message):
         Camera(**keys)
 
 

@@ -16,7 +16,7 @@ class Blade:
     """A blade of grass that is stored around the camera."""
 
     species: str
-    """As in `[[grass]]`."""
+    """Species, as `[[grass]]` names it."""
     root_m: Floats
     """World position, (3,), at rest."""
     height_m: float

@@ -35,7 +35,7 @@ def ggx(n: np.ndarray, v: np.ndarray, light: np.ndarray, roughness: np.ndarray) 
 
 
 def exposure(sun: np.ndarray, sky_up: np.ndarray, elevation_deg: float) -> float:
-    """Scale to the tone curve's units: a grey card comes out as a fifth by 3.85 of light, other light adapts by 0.8."""
+    """Scale to the tone curve: a grey card comes out as a fifth by 3.85 of light; other light adapts by 0.8."""
     luminance = np.array([0.2126, 0.7152, 0.0722])
     light = sun @ luminance * (0.27 + 0.23 * np.sin(np.radians(elevation_deg))) + sky_up @ luminance
     return np.pi / (3.85 * (max(light, 1e-4) / 3.85) ** 0.8)
