@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from greensward.io import rasters
+from greensward.io.elevation import read_heights
 from greensward.io.rasters import (
     check_writable,
-    read_heights,
     read_rgba,
     write_npz,
     write_picture,

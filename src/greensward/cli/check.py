@@ -46,11 +46,12 @@ def _read(key: str, path: Path, table: Mapping[str, Any]) -> None:
     """Read a file that a scene names as drawing it would; raises `InputError`."""
     from pydantic import ValidationError
 
+    from greensward.ground.height_field import height_map, height_map_size_m, seamless_map
     from greensward.io.meshes import read_mesh
-    from greensward.io.rasters import read_heights, read_rgba
+    from greensward.io.rasters import read_rgba
     from greensward.motion.outlines import read_outline
     from greensward.scene.errors import InputError
-    from greensward.scene.ground import HeightMapGround
+    from greensward.scene.ground import EndlessGround, HeightMapGround
 
     if key.startswith("object") and key.endswith(".file"):
         mesh, fur = read_mesh(path), table.get("grass")
@@ -66,7 +67,11 @@ def _read(key: str, path: Path, table: Mapping[str, Any]) -> None:
         read_rgba(path, coloured=key.startswith("force"))
         return
     try:
+        if table.get("kind") == "endless":
+            seamless_map(EndlessGround.model_validate(table), path)
+            return
         ground = HeightMapGround.model_validate(table)
     except ValidationError:
         return  # reported already; how to read the file is not known until that is fixed
-    read_heights(path, ground.key, ground.height_m, ground.height_scale, ground.no_data)
+    height_map(ground, path)
+    height_map_size_m(ground, path)

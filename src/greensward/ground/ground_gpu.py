@@ -77,7 +77,7 @@ class GroundGpu:
         mean = _LIGHT[soil[..., :3]].mean(axis=(0, 1))
         self._block = BlockBuffer(device.ctx, GROUND_BLOCK)
         self._block.set(
-            size_m=ground.size_m,
+            size_m=heights.size_m,
             samples=(columns, rows),
             samples_per_m=(1.0 / heights.cell_m()[0], 1.0 / heights.cell_m()[1]),
             soil_per_m=self._soil_per_m,

@@ -37,7 +37,8 @@ Text = Annotated[str, Strict()]
 Colour = Annotated[str, Strict(), AfterValidator(_hex_colour)]
 _Coordinate = Annotated[float, Strict(), Field(ge=-1_000_000, le=1_000_000)]
 _Turn = Annotated[float, Strict(), Field(ge=-360, le=360)]
-_Extent = Annotated[float, Strict(), Field(gt=0, le=100_000)]
+MOST_EXTENT_M = 200_000
+_Extent = Annotated[float, Strict(), Field(gt=0, le=MOST_EXTENT_M)]
 
 if TYPE_CHECKING:
 
@@ -88,6 +89,7 @@ else:
 GroundPoint: TypeAlias = Pair[_Coordinate]
 """Point on the ground: x and z."""
 Size: TypeAlias = Pair[_Extent]
+OptionalSize: TypeAlias = OptionalPair[_Extent]
 
 
 def default(value: Any) -> Any:

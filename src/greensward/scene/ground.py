@@ -13,6 +13,7 @@ from greensward.scene.base import (
     Number,
     OptionalFileName,
     OptionalPair,
+    OptionalSize,
     Size,
     Text,
     default,
@@ -31,10 +32,8 @@ class GroundTile(Area):
 
 
 class Surface(Model):
-    """Base of all kinds of ground: its extent, centred on the origin, and its soil."""
+    """Base of all kinds of ground: its soil and what lies past its edge."""
 
-    size_m: Size = default((400.0, 400.0))
-    """Extent along x (east) and z (south), centred on the origin. Maps cover exactly this."""
     texture: OptionalFileName = default(None)
     """Image of bare soil, repeated without visible tiling. Without one, a generated soil is used."""
     texture_m: Number = Field(default=2.0, gt=0, le=1000)
@@ -48,30 +47,44 @@ class Surface(Model):
     """Image over the whole ground; its alpha is how far it covers the soil."""
 
 
-class FlatGround(Surface):
+class _Sized(Surface):
+    """Base of the grounds that know their extent."""
+
+    size_m: Size = default((400.0, 400.0))
+    """Extent along x (east) and z (south), centred on the origin. Maps cover exactly this."""
+
+
+class FlatGround(_Sized):
     """A plane at height zero."""
 
     kind: Literal["flat"] = "flat"
 
 
 class HeightMapGround(Surface):
-    """Elevations read from an image or an array; row 0 is the north edge (smallest z)."""
+    """Elevations read from a file; row 0 is the north edge (smallest z)."""
 
     kind: Literal["heightmap"] = "heightmap"
     file: FileName
-    """PNG (8 or 16 bit), TIFF, `.npy` or `.npz`."""
+    """PNG (8 or 16 bit), TIFF, `.npy`, `.npz`, `.hgt` or RAW; with the extra `geo` also GeoTIFF, `.asc` and more."""
+    size_m: OptionalSize = default(None)
+    """Extent along x (east) and z (south), centred on the origin. Maps cover exactly this. Without it, a file with a
+    geographic reference has its own, and any other 400 × 400 m."""
     key: Text | None = None
     """Name of the array in an `.npz` file. Needed only if it holds several."""
+    band: Annotated[Count, Field(ge=1)] | None = None
+    """Band of a GeoTIFF that holds the heights, counted from 1. Needed only if it has several."""
+    byte_order: Literal["little", "big"] | None = None
+    """Order of the bytes in a RAW file, which does not tell it."""
     height_m: OptionalPair[Number] = default(None)
-    """Heights of black and white in an image, or of the lowest and highest value of an array. Without it, an image
-    spans 0 to 10 m, and an array or a floating-point image is in metres."""
+    """Heights of black and white in an image, or of the lowest and highest value of an array or GeoTIFF. Without it,
+    an image spans 0 to 10 m, and the others are in metres."""
     height_scale: Number = Field(default=1.0, ge=-1000, le=1000)
     """Factor on all heights."""
     no_data: Number | None = None
     """Value that means *not measured*; NaN always does. Such holes are filled from their surroundings."""
 
 
-class _Noise(Surface):
+class _Noise(_Sized):
     """Base of the grounds from octaves of simplex noise."""
 
     height_m: Number = Field(default=12.0, ge=0, le=5000)
@@ -108,7 +121,7 @@ class EndlessGround(_Noise):
     """Land past `size_m` is the same again."""
 
 
-class NoGround(Surface):
+class NoGround(_Sized):
     """No ground: sky above and below, grass on objects only."""
 
     kind: Literal["none"] = "none"
