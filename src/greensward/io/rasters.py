@@ -31,7 +31,13 @@ def read_rgba(path: Path, coloured: bool = False) -> npt.NDArray[np.uint8]:
     turn is applied.
     Raises `InputError` for a file that cannot be read or is no picture, or with `coloured` for a grey one.
     """
-    with open_file(path) as stream, opened_picture(path, stream) as opened:
+    with open_file(path) as stream:
+        return rgba_from(path, stream, coloured)
+
+
+def rgba_from(path: object, stream: IO[bytes], coloured: bool = False) -> npt.NDArray[np.uint8]:
+    """The picture in a stream, as `read_rgba` has it; `path` is what errors call it."""
+    with opened_picture(path, stream) as opened:
         if opened.mode not in ("F", "I") and not is_whole(opened):
             raise InputError(f"{path}: holds signed values or leaves blocks out; save it as a PNG of 8 bits")
         picture = loaded(opened)
@@ -127,7 +133,7 @@ def open_file(path: Path) -> IO[bytes]:
 
 
 @contextlib.contextmanager
-def decoding(path: Path, what: str) -> Iterator[None]:
+def decoding(path: object, what: str) -> Iterator[None]:
     """Turn errors of a decoder into one sentence: decoders raise nearly anything on damaged data, and warn."""
     try:
         with warnings.catch_warnings():
@@ -141,7 +147,7 @@ def decoding(path: Path, what: str) -> Iterator[None]:
         raise InputError(f"{path}: is cut short, damaged or not {what} ({error})") from None
 
 
-def check_shape(path: Path, shape: tuple[int, ...]) -> None:
+def check_shape(path: object, shape: tuple[int, ...]) -> None:
     """Raise `InputError` unless there are two dimensions, of a size that we accept."""
     if len(shape) != 2:
         raise InputError(f"{path}: must have 2 dimensions, rows and columns (got {len(shape)})")
@@ -156,7 +162,7 @@ def check_shape(path: Path, shape: tuple[int, ...]) -> None:
 
 
 @contextlib.contextmanager
-def opened_picture(path: Path, stream: IO[bytes]) -> Iterator[Image.Image]:
+def opened_picture(path: object, stream: IO[bytes]) -> Iterator[Image.Image]:
     """The opened picture, of a size that we accept, to be `loaded`. Decoding errors inside become `InputError`."""
     kinds = "a picture of PNG, TIFF, JPEG, WebP or BMP"
     with decoding(path, kinds):

@@ -24,7 +24,7 @@ class Samples:
     white: float | None = None
     """Value of white in a picture; None where values are measured ones."""
     known: Mask | None = None
-    """Which of them were measured, as far as the file says."""
+    """Mask of those that were measured, as far as the file says."""
     scale: float = 1.0
     offset: float = 0.0
 
