@@ -54,7 +54,7 @@ def _read(key: str, path: Path, table: Mapping[str, Any]) -> None:
     from greensward.scene.ground import EndlessGround, HeightMapGround
 
     if key.startswith("object") and key.endswith(".file"):
-        mesh, fur = read_mesh(path), table.get("grass")
+        mesh, fur = read_mesh(path, painted=table.get("colour") is None), table.get("grass")
         if isinstance(fur, dict) and fur.get("density_from") == "colours" and mesh.colours is None:
             raise InputError(f"{path}: has no vertex colours for grass.density_from")
         if isinstance(fur, dict) and fur.get("density_map") and mesh.uv is None:

@@ -37,7 +37,7 @@ def materials_of(path: Path, tree: Table, accessors: Accessors) -> list[Material
 def uses_uv(material: Table) -> int:
     """Number of the texture coordinates that lay a material's base colour out."""
     texture = _base_texture(material)
-    number: int = _transform(texture).get("texCoord", texture.get("texCoord", 0))
+    number: int = (texture | _transform(texture)).get("texCoord", 0)
     return number
 
 

@@ -53,6 +53,32 @@ def rgba_from(path: object, stream: IO[bytes], coloured: bool = False) -> npt.ND
         return np.array(picture.convert("RGBA"))
 
 
+def read_colours(path: Path) -> npt.NDArray[np.uint8]:
+    """A picture as `read_rgba` has it; what is transparent has the colours of what is visible beside it."""
+    return spread(read_rgba(path))
+
+
+def spread(picture: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """The picture (rows, columns, 4) with hidden colours replaced, so that filtering and mipmaps never show them.
+
+    Texels of alpha 0 take the mean of the visible ones in the smallest square of a pyramid that has any (push-pull).
+    """
+    hidden = picture[..., 3] == 0
+    if not hidden.any() or hidden.all():
+        return picture
+    rows, columns = hidden.shape
+    total = np.zeros((-(-rows // 2), -(-columns // 2), 4), np.float32)
+    for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        part = picture[i::2, j::2].astype(np.float32)
+        total[: part.shape[0], : part.shape[1]] += np.concatenate([part[..., :3] * part[..., 3:], part[..., 3:]], -1)
+    seen = total[..., 3:] > 0.0
+    coarse = np.round(np.concatenate([total[..., :3] / np.where(seen, total[..., 3:], 1.0), 255.0 * seen], -1))
+    behind = spread(coarse.astype(np.uint8))[..., :3].repeat(2, axis=0).repeat(2, axis=1)[:rows, :columns]
+    result = picture.copy()
+    np.copyto(result[..., :3], behind, where=hidden[..., None])
+    return result
+
+
 def decoded(srgb: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Linear light in 0..1 of sRGB values in 0..1 (IEC 61966-2-1)."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)

@@ -15,10 +15,11 @@ Shape = Box | Sphere | Cylinder | Capsule | Mesh
 _SIDES, _RINGS = 96, 48  # fine enough that no silhouette shows its corners
 
 
-def mesh_of(shape: Shape, resolve: Callable[[str], Path]) -> TriMesh:
+def mesh_of(shape: Shape, resolve: Callable[[str], Path], painted: bool = False) -> TriMesh:
     """The surface of an object before it is turned and placed; the centre of its base is the origin.
 
-    `resolve` finds the files that the scene names. Raises `InputError` for a mesh that cannot be read.
+    `resolve` finds the files that the scene names; with `painted` they tell their materials too. Raises `InputError`
+    for a mesh that cannot be read.
     """
     match shape:
         case Box():
@@ -30,7 +31,7 @@ def mesh_of(shape: Shape, resolve: Callable[[str], Path]) -> TriMesh:
         case Capsule():
             return _revolved(_ball(shape.radius_m, shape.length_m), np.ones(3))
         case Mesh():
-            mesh = read_mesh(resolve(shape.file))
+            mesh = read_mesh(resolve(shape.file), painted)
             low, high = mesh.bounds
             base = np.array([0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])])
             return replace(mesh, positions=(mesh.positions - base) * shape.scale)

@@ -25,6 +25,10 @@ _Angle = Annotated[Number, Field(ge=-360_000, le=360_000)]
 _Time = Annotated[Number, Field(ge=0, le=1e6)]
 
 
+PLAIN_COLOUR = "#8a8378"
+"""Colour of objects that have none of their own."""
+
+
 class Path(Model):
     """Path of an object: keys of time, position and turn."""
 
@@ -75,8 +79,8 @@ class _Object(Model):
     """Turn about the vertical."""
     lean_deg: Number = Field(default=0.0, ge=-180, le=180)
     """Lean from the vertical, towards its own x."""
-    colour: Colour = "#8a8378"
-    """sRGB of its surface."""
+    colour: Colour | None = None
+    """sRGB of its surface. Without it, a mesh has the colours of its file, and what has none is `#8a8378`."""
     roughness: Number = Field(default=0.9, ge=0.05, le=1)
     """Gloss: low is shiny."""
     drawn: Flag = True
