@@ -10,7 +10,8 @@ from greensward.gpu.kernels import Bindings
 from greensward.gpu.layouts import BlockBuffer, block
 from greensward.ground.height_field import HeightField
 from greensward.ground.soil import generated_soil
-from greensward.io.rasters import decoded, read_colours, read_rgba
+from greensward.io.masks import read_mask
+from greensward.io.rasters import decoded, read_colours
 from greensward.scene import InputError, Scene
 from greensward.scene.ground import MOST_TILES
 
@@ -66,7 +67,7 @@ class GroundGpu:
             ("density_map", sowing.density_map, full, False),
             ("vegetation_map", sowing.vegetation_map, none, True),
         ):
-            read = read_colours if srgb else read_rgba
+            read = read_colours if srgb else read_mask
             pixels = read(scene.resolve(file)) if file else default
             texture = _texture(device, pixels, srgb)
             # the soil repeats; a map must not leak in from its opposite edge, unless it lies beside itself there

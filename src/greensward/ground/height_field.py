@@ -47,7 +47,7 @@ class HeightField:
         else:
             return cls(np.zeros((2, 2), np.float32), size_m, not isinstance(ground, NoGround), repeats)
         if repeats:
-            _warn_of_seam(heights)
+            warn_of_seam(heights)
             heights = np.pad(heights, ((0, 1), (0, 1)), mode="wrap")
         return cls(heights, size_m, True, repeats)
 
@@ -163,7 +163,7 @@ def _mirror(at: Array, last: int) -> Array:
     return folded
 
 
-def _warn_of_seam(heights: npt.NDArray[np.float32]) -> None:
+def warn_of_seam(heights: npt.NDArray[np.float32]) -> None:
     """Warn where heights jump from one copy of a map to the next by far more than within it."""
     for axis, edges in ((0, "north and south"), (1, "west and east")):
         across = np.abs(np.take(heights, 0, axis) - np.take(heights, -1, axis)).max()
