@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -31,10 +32,18 @@ def mesh_of(shape: Shape, resolve: Callable[[str], Path], painted: bool = False)
         case Capsule():
             return _revolved(_ball(shape.radius_m, shape.length_m), np.ones(3))
         case Mesh():
-            mesh = read_mesh(resolve(shape.file), painted)
+            mesh = _upright(read_mesh(resolve(shape.file), painted), shape.up)
             low, high = mesh.bounds
             base = np.array([0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])])
             return replace(mesh, positions=(mesh.positions - base) * shape.scale)
+
+
+def _upright(mesh: TriMesh, up: Literal["y", "z"]) -> TriMesh:
+    """The mesh with the axis of its file that is up as y."""
+    if up == "y":
+        return mesh
+    positions, normals = (each[:, [0, 2, 1]] * [1.0, 1.0, -1.0] for each in (mesh.positions, mesh.normals))
+    return replace(mesh, positions=positions, normals=normals)
 
 
 def _box(size_m: Floats) -> TriMesh:

@@ -76,9 +76,11 @@ class _Object(Model):
     position_m: Point
     """Centre of its base; y is above the ground."""
     yaw_deg: Number = Field(default=0.0, ge=-360, le=360)
-    """Turn about the vertical."""
-    lean_deg: Number = Field(default=0.0, ge=-180, le=180)
-    """Lean from the vertical, towards its own x."""
+    """Turn about the vertical, counter-clockwise from above."""
+    pitch_deg: Number = Field(default=0.0, ge=-180, le=180)
+    """Turn about its own x: its front, own -z, rises. It comes before `yaw_deg`."""
+    roll_deg: Number = Field(default=0.0, ge=-180, le=180)
+    """Turn about its own z: it leans towards its own x. It comes before `pitch_deg`."""
     colour: Colour | None = None
     """sRGB of its surface. Without it, a mesh has the colours of its file, and what has none is `#8a8378`."""
     roughness: Number = Field(default=0.9, ge=0.05, le=1)
@@ -141,11 +143,13 @@ class Capsule(_Object):
 
 
 class Mesh(_Object):
-    """A triangle mesh from a file. Needs the extra `mesh`: `pip install greensward[mesh]`."""
+    """A triangle mesh from a file."""
 
     kind: Literal["mesh"] = "mesh"
     file: FileName
-    """glTF (`.glb`, `.gltf`), `.obj`, `.ply` or `.stl`; y is up. Its base is the lowest point."""
+    """glTF (`.glb`, `.gltf`), `.obj`, `.ply` or `.stl`. Its base is the lowest point."""
+    up: Literal["y", "z"] = "y"
+    """Axis of the file that points up: y of glTF, often z of CAD and of scanned meshes."""
     scale: Number = Field(default=1.0, gt=0, le=1_000_000)
     """Metres for one unit of the file."""
 

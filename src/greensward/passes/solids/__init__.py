@@ -115,7 +115,7 @@ class Solids:
 def _shape_of(solid: Object) -> Hashable:
     match solid:
         case MeshObject():
-            return solid.kind, solid.file, solid.colour is None
+            return solid.kind, solid.file, solid.up, solid.colour is None
         case Capsule():
             return solid.kind, solid.radius_m, solid.length_m
         case _:
