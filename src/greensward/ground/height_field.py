@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from greensward.ground.noise import octaves
 from greensward.io.elevation import extent_m, read_heights
+from greensward.io.samples import Samples
 from greensward.scene import EndlessGround, HeightMapGround, InputError, NoGround, NoiseGround, Scene
 from greensward.scene.base import MOST_EXTENT_M
 
@@ -39,7 +40,7 @@ class HeightField:
         ground = scene.ground
         repeats, size_m = ground.beyond == "repeat", ground_size_m(scene)
         if isinstance(ground, HeightMapGround):
-            heights = height_map(ground, scene.resolve(ground.file))
+            heights = height_map(ground, scene.resolve(ground.file or ""))
         elif isinstance(ground, EndlessGround) and ground.file:
             heights = seamless_map(ground, scene.resolve(ground.file))
         elif isinstance(ground, NoiseGround | EndlessGround):
@@ -130,13 +131,13 @@ def ground_size_m(scene: Scene) -> tuple[float, float]:
     """Extent of the ground along x and z, which the file of a height map may tell. Raises `InputError`."""
     ground = scene.ground
     if isinstance(ground, HeightMapGround):
-        return height_map_size_m(ground, scene.resolve(ground.file))
+        return height_map_size_m(ground, scene.resolve(ground.file or ""))
     return ground.size_m
 
 
 def height_map_size_m(ground: HeightMapGround, path: Path) -> tuple[float, float]:
     """Extent of a height map: as the scene says, as its file says, or else 400 × 400 m. Raises `InputError`."""
-    size_m = ground.size_m or extent_m(path) or (400.0, 400.0)
+    size_m = ground.size_m or (extent_m(path) if ground.file else None) or (400.0, 400.0)
     if max(size_m) > MOST_EXTENT_M:
         raise InputError(
             f"{path}: covers {size_m[0]:,.0f} × {size_m[1]:,.0f} m, and a ground at most {MOST_EXTENT_M:,} m "
@@ -146,7 +147,11 @@ def height_map_size_m(ground: HeightMapGround, path: Path) -> tuple[float, float
 
 
 def height_map(ground: HeightMapGround, path: Path) -> npt.NDArray[np.float32]:
-    """Heights of a height map from its file, float32 (rows, columns). Raises `InputError`."""
+    """Heights of a height map from its array or its file, float32 (rows, columns). Raises `InputError`."""
+    if ground.array:
+        return Samples(ground.array.values).heights(
+            "ground.array", ground.height_m, ground.height_scale, ground.no_data
+        )
     return read_heights(
         path, ground.key, ground.height_m, ground.height_scale, ground.no_data, ground.band, ground.byte_order
     )

@@ -7,9 +7,10 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.io.rasters import read_rgba
+from greensward.scene.raster import Raster
 
 
-def read_mask(path: Path, with_heights: bool = True) -> npt.NDArray[np.uint8]:
+def read_mask(path: Path | Raster, with_heights: bool = True) -> npt.NDArray[np.uint8]:
     """A density map as `read_rgba` has it: red is density and, `with_heights`, blue the height of the grass.
 
     Warns where red, blue or alpha say what nobody means. Raises `InputError` for a file that cannot be read.

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from PIL import Image, ImageOps, UnidentifiedImageError
 
 from greensward.scene.errors import GreenswardError, InputError
+from greensward.scene.raster import Raster
 
 LARGEST_SIDE = 16384
 PICTURES = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF", ".webp": "WEBP"}
@@ -24,15 +25,27 @@ Array: TypeAlias = npt.NDArray[Any]
 _pillow_limit = threading.Lock()
 
 
-def read_rgba(path: Path, coloured: bool = False) -> npt.NDArray[np.uint8]:
+def read_rgba(path: Path | Raster, coloured: bool = False) -> npt.NDArray[np.uint8]:
     """A picture as sRGB and alpha, uint8 of shape (rows, columns, 4), top row first.
 
     Grey is repeated into all colours, 16 bits become 8, and without alpha it is 255 throughout. What EXIF says of its
-    turn is applied.
+    turn is applied. An array of the scene is converted.
     Raises `InputError` for a file that cannot be read or is no picture, or with `coloured` for a grey one.
     """
+    if isinstance(path, Raster):
+        return _pixels_of(path)
     with open_file(path) as stream:
         return rgba_from(path, stream, coloured)
+
+
+def _pixels_of(raster: Raster) -> npt.NDArray[np.uint8]:
+    """sRGB and alpha, uint8 (rows, columns, 4), of an array of grey values or colours."""
+    values = raster.values if raster.values.ndim == 3 else raster.values[..., None]
+    if values.dtype != np.uint8:
+        values = np.round(255.0 * values.astype(np.float64)).astype(np.uint8)
+    pixels = np.full((*values.shape[:2], 4), 255, np.uint8)
+    pixels[..., : max(values.shape[2], 3)] = values
+    return pixels
 
 
 def rgba_from(path: object, stream: IO[bytes], coloured: bool = False) -> npt.NDArray[np.uint8]:
@@ -53,7 +66,7 @@ def rgba_from(path: object, stream: IO[bytes], coloured: bool = False) -> npt.ND
         return np.array(picture.convert("RGBA"))
 
 
-def read_colours(path: Path) -> npt.NDArray[np.uint8]:
+def read_colours(path: Path | Raster) -> npt.NDArray[np.uint8]:
     """A picture as `read_rgba` has it; what is transparent has the colours of what is visible beside it."""
     return spread(read_rgba(path))
 

@@ -5,10 +5,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeAlias, TypeVar, get_args, overload
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    Strict,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 
+from greensward.scene.raster import Array, Raster, picture_in
+
 _NAMES_A_FILE = "names a file"
+_IN_PYTHON = "given in Python alone"
 
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
@@ -25,6 +40,14 @@ def _hex_colour(text: str) -> str:
 
 def _as_text(path: Any) -> Any:
     return path.as_posix() if isinstance(path, Path) else path
+
+
+def _or_picture(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+    return picture_in(value) or handler(value)
+
+
+def _as_it_is(value: Any) -> Any:
+    return value
 
 
 _T = TypeVar("_T")
@@ -68,6 +91,8 @@ if TYPE_CHECKING:
     FileName: TypeAlias = Converted[str | Path, str]
     OptionalFileName: TypeAlias = Converted[str | Path | None, str | None]
     FileNames: TypeAlias = Converted[Sequence[str | Path], tuple[str, ...]]
+    OptionalMap: TypeAlias = Converted[str | Path | Raster | Array | None, str | Raster | None]
+    OptionalArray: TypeAlias = Converted[Raster | Array | None, Raster | None]
 else:
     Pair = tuple[_T, _T]
     Range = Annotated[Pair[_T], AfterValidator(_ordered)]
@@ -85,6 +110,9 @@ else:
     FileName = Annotated[str, Strict(), Field(min_length=1), BeforeValidator(_as_text), _NAMES_A_FILE]
     OptionalFileName = FileName | None
     FileNames = Many[FileName]
+    OptionalMap = Annotated[FileName, WrapValidator(_or_picture), PlainSerializer(_as_it_is)] | None
+    """Name of a picture, or in Python an array with its pixels."""
+    OptionalArray = Annotated[Raster, _IN_PYTHON, WithJsonSchema({"type": "array"})] | None
 
 GroundPoint: TypeAlias = Pair[_Coordinate]
 """Point on the ground: x and z."""
@@ -132,9 +160,16 @@ def linear(colour: str) -> tuple[float, float, float]:
 
 def names_a_file(field: FieldInfo) -> bool:
     """Return whether the field holds the name of a file, which is relative to the scene's folder."""
-    return _NAMES_A_FILE in field.metadata or any(
-        _NAMES_A_FILE in get_args(part) for part in get_args(field.annotation)
-    )
+    return _is_marked(field, _NAMES_A_FILE)
+
+
+def is_for_python(field: FieldInfo) -> bool:
+    """Return whether the field can only be given in Python, and not in TOML."""
+    return _is_marked(field, _IN_PYTHON)
+
+
+def _is_marked(field: FieldInfo, mark: str) -> bool:
+    return mark in field.metadata or any(mark in get_args(part) for part in get_args(field.annotation))
 
 
 def models_in(annotation: Any) -> tuple[type[BaseModel], ...]:

@@ -1,8 +1,8 @@
 """Kinds of ground."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from greensward.scene.base import (
     Area,
@@ -11,7 +11,9 @@ from greensward.scene.base import (
     Many,
     Model,
     Number,
+    OptionalArray,
     OptionalFileName,
+    OptionalMap,
     OptionalPair,
     OptionalSize,
     Size,
@@ -34,7 +36,7 @@ class GroundTile(Area):
 class Surface(Model):
     """Base of all kinds of ground: its soil and what lies past its edge."""
 
-    texture: OptionalFileName = default(None)
+    texture: OptionalMap = default(None)
     """Image of bare soil, repeated without visible tiling. Without one, a generated soil is used."""
     texture_m: Number = Field(default=2.0, gt=0, le=1000)
     """Width on the ground of one copy of the texture."""
@@ -43,7 +45,7 @@ class Surface(Model):
     beyond: Literal["mirror", "bare", "repeat"] = "mirror"
     """Land past the edge: `mirror` continues with land and grass, mirrored; `repeat` with copies side by side, for
     which a height map should have no seam; `bare` with land alone."""
-    terrain_map: OptionalFileName = default(None)
+    terrain_map: OptionalMap = default(None)
     """Image over the whole ground; its alpha is how far it covers the soil."""
 
 
@@ -61,11 +63,13 @@ class FlatGround(_Sized):
 
 
 class HeightMapGround(Surface):
-    """Elevations read from a file; row 0 is the north edge (smallest z)."""
+    """Elevations read from a file, or in Python from an `array`; row 0 is the north edge (smallest z)."""
 
     kind: Literal["heightmap"] = "heightmap"
-    file: FileName
+    file: OptionalFileName = default(None)
     """PNG (8 or 16 bit), TIFF, `.npy`, `.npz`, `.hgt` or RAW; with the extra `geo` also GeoTIFF, `.asc` and more."""
+    array: OptionalArray = default(None)
+    """Heights in metres, two-dimensional, in place of a file."""
     size_m: OptionalSize = default(None)
     """Extent along x (east) and z (south), centred on the origin. Maps cover exactly this. Without it, a file with a
     geographic reference has its own, and any other 400 × 400 m."""
@@ -82,6 +86,13 @@ class HeightMapGround(Surface):
     """Factor on all heights."""
     no_data: Number | None = None
     """Value that means *not measured*; NaN always does. Such holes are filled from their surroundings."""
+
+    @model_validator(mode="after")
+    def _has_heights(self) -> Self:
+        if (self.file is None) == (self.array is None):
+            both = "must not stand beside array" if self.file else "is missing and has no default"
+            raise ValueError(f"file: {both}")
+        return self
 
 
 class _Noise(_Sized):

@@ -12,7 +12,7 @@ from greensward.scene.base import (
     Many,
     Model,
     Number,
-    OptionalFileName,
+    OptionalMap,
     Point,
     Points,
     Text,
@@ -64,7 +64,7 @@ class Fur(Model):
     """Blades on a square metre of surface."""
     density_from: Literal["everywhere", "colours"] = "everywhere"
     """`colours` takes the red of the mesh's vertex colours as its density."""
-    density_map: OptionalFileName = default(None)
+    density_map: OptionalMap = default(None)
     """Image laid out by the mesh's texture coordinates; its red is density."""
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from greensward.scene.base import kind_of, models_in, names_a_file
+from greensward.scene.base import is_for_python, kind_of, models_in, names_a_file
 from greensward.scene.grass import Grass, species_table
 from greensward.scene.scene import DEFAULT_KINDS, Scene
 
@@ -106,6 +106,8 @@ def _table(model: type[BaseModel]) -> str:
             f"`{name}`",
             _files(field.annotation)
             if names_a_file(field)
+            else "array, in Python alone"
+            if is_for_python(field)
             else "colour"
             if "colour" in name
             else _type(field.annotation),
