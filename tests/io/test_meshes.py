@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from PIL import Image
 
 from greensward.cli.check import _read
@@ -532,3 +534,28 @@ def test_ply_of_either_order_with_lists_of_any_length_and_more_columns(tmp_path,
     assert mesh.areas.sum() == 1.5
     assert mesh.colours is not None
     np.testing.assert_allclose(mesh.colours[0], [1, 0, 0.2, 1])
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_damaged_files_are_read_or_refused_in_a_sentence(tmp_path, data):
+    kept = data.draw(st.sampled_from(sorted(path for path in KEPT.iterdir() if path.is_file())))
+    content = bytearray(kept.read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    path = written(tmp_path / f"a{kept.suffix}", bytes(content[: data.draw(st.integers(1, len(content)))]))
+    told = ""
+    try:
+        mesh = read_mesh(path, painted=True)
+        assert np.isfinite(mesh.positions).all()
+        assert np.isfinite(mesh.normals).all()
+    except InputError as error:
+        told = str(error)
+    assert "\n" not in told
+
+
+def test_corners_of_obj_may_lack_texture_coordinates(tmp_path):
+    path = written(tmp_path / "a.obj", TRIANGLE + "vt 0.5 0.25\nf 1/1 2/1 3/1\nf 3 2 1\n")
+    mesh = read_mesh(path)
+    assert mesh.uv is not None
+    assert sorted(map(tuple, mesh.uv.tolist())) == [(0, 0)] * 3 + [(0.5, 0.25)] * 3

@@ -1,15 +1,15 @@
 """Elevation that GDAL reads, through rasterio: GeoTIFF of every sample type, ESRI grids, DTED and more."""
 
 import contextlib
-import logging
 import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from greensward.io.rasters import check_shape, decoding, open_file
+from greensward.io.rasters import check_shape, decoding, open_file, silence
 from greensward.io.samples import Samples
 from greensward.scene.errors import InputError
 
@@ -137,7 +137,7 @@ def _opened(path: Path) -> Iterator[Any]:
     driver = next((name for start, name in _BEGINNINGS.items() if head.startswith(start)), None)
     driver = driver or ENDINGS.get(path.suffix.lower(), "AAIGrid")
     what = f"elevation of GDAL's format {driver}"
-    with decoding(path, what), _silence(), rasterio.open(path.absolute(), driver=driver) as it:
+    with decoding(path, what), _quiet(), rasterio.Env(), rasterio.open(path.absolute(), driver=driver) as it:
         check_shape(path, it.shape)
         if it.subdatasets:
             raise InputError(
@@ -152,16 +152,15 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 @contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Silence rasterio's log, to which GDAL's messages go."""
-    log, nothing = logging.getLogger("rasterio"), logging.NullHandler()
-    before, log.propagate = log.propagate, False
-    log.addHandler(nothing)
+def _quiet() -> Iterator[None]:
+    """Keep GDAL's messages from the terminal, also where rasterio's handler of them fails, which Python prints."""
+    before = sys.unraisablehook, sys.excepthook
+    sys.unraisablehook, sys.excepthook = (lambda _: None), (lambda *_: None)
     try:
-        yield
+        with silence("rasterio"):
+            yield
     finally:
-        log.removeHandler(nothing)
-        log.propagate = before
+        sys.unraisablehook, sys.excepthook = before
 
 
 def _band(path: Path, source: Any, band: int | None) -> int:

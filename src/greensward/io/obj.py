@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from greensward.io.parts import Content, Floats, Material, Part, coloured
+from greensward.io.parts import Content, Floats, Indices, Material, Part, coloured
 from greensward.io.polygons import triangulated
 from greensward.io.rasters import decoded, open_file, read_rgba
 from greensward.scene.errors import InputError
 
+_NONE = str(2**62)
+"""Index of a corner that names none."""
 _FREE_FORM = ("curv", "curv2", "surf", "cstype")
 _OPTIONS = {"-blendu": 1, "-blendv": 1, "-cc": 1, "-mm": 2, "-texres": 1, "-bm": 1, "-imfchan": 1, "-type": 1}
 _MOST_MATERIAL_BYTES = 64 * 2**20
@@ -27,35 +29,41 @@ def read_obj(path: Path, data: bytes, painted: bool) -> Content:
     uv, normals = _numbers(lines.rows["vt"], 2), _numbers(lines.rows["vn"], 3)
     if not lines.sizes:
         return Content([])
-    corners = np.frombuffer(lines.corners, np.int64).reshape(-1, 3)
+    corners = _corners(path, lines)
     for column, (values, what) in enumerate(((positions, "vertex"), (uv, "texture coordinate"), (normals, "normal"))):
-        wrong = corners[(corners[:, column] >= len(values)) | (corners[:, column] < -1), column]
+        wrong = corners[corners[:, column] >= len(values), column]
         if len(wrong):
             raise InputError(f"{path}: a face names {what} {wrong[0] + 1}, but there are {len(values)}")
     sizes = np.frombuffer(lines.sizes, np.int64)
     material = np.repeat(np.frombuffer(lines.materials, np.int64), sizes)
-    used, number = np.unique(np.column_stack([corners, material]).astype(np.int32), axis=0, return_inverse=True)
-    has_uv, has_normals = (used[:, 1] >= 0).all(), (used[:, 2] >= 0).all()
-    place, at = used[:, 0], used[:, 1]
+    key = corners[:, 0]
+    counted = (corners[:, 1], len(uv)), (corners[:, 2], len(normals)), (material, len(lines.names))
+    for numbers, count in counted:  # one number for what differs in any of them
+        if count:
+            _, key = np.unique(key * (count + 1) + numbers + 1, return_inverse=True)
+    _, first, number = np.unique(key, return_index=True, return_inverse=True)
+    used = np.column_stack([corners, material])[first]
+    place, has_uv, has_normals = used[:, 0], used[:, 1] >= 0, used[:, 2] >= 0
     part = Part(
         positions[place],
         number.reshape(-1)[triangulated(path, positions, corners[:, 0], sizes)],
-        normals[used[:, 2]] if has_normals else None,
+        normals[used[:, 2]] if has_normals.all() else None,
         None if colours is None else coloured(colours[place]),
-        uv[at].astype(np.float32) if has_uv else None,
+        np.where(has_uv[:, None], uv[used[:, 1]], 0.0).astype(np.float32) if has_uv.any() else None,
         used[:, 3].astype(np.int64) if lines.libraries else None,
     )
     return Content([part], _materials(path, lines) if painted else [])
 
 
 class _Lines:
-    """The lines of an OBJ file by their kind, its faces with indices that count from 0."""
+    """The lines of an OBJ file by their kind."""
 
     def __init__(self, path: Path, data: bytes) -> None:
-        self._path = path
         self.rows: dict[str, list[str]] = {"v": [], "vt": [], "vn": []}
-        self.corners, self.sizes, self.materials = array("q"), array("q"), array("q")
-        """Vertex, texture coordinate and normal of each corner, -1 for none; corners and material of each face."""
+        self.corners: list[str] = []
+        """Corners of faces as they are written: vertex, and texture coordinate and normal where they have one."""
+        self.sizes, self.materials, self.before = array("q"), array("q"), array("q")
+        """Corners and material of each face, and how many vertices, coordinates and normals came before it."""
         self.names: list[str] = []
         """Names of the materials that faces use."""
         self.libraries: list[str] = []
@@ -65,7 +73,11 @@ class _Lines:
             if key in self.rows:
                 self.rows[key].append(rest)
             elif key == "f":
-                self._add(rest.split("#")[0].split(), current)
+                corners = rest.partition("#")[0].split()
+                self.corners += corners
+                self.sizes.append(len(corners))
+                self.materials.append(current)
+                self.before.extend(map(len, self.rows.values()))
             elif key == "usemtl":
                 name = rest.strip()
                 if name not in self.names:
@@ -76,22 +88,22 @@ class _Lines:
             elif key in _FREE_FORM:
                 raise InputError(f"{path}: holds {key}, a free-form curve or surface, which is not read; save faces")
 
-    def _add(self, corners: list[str], material: int) -> None:
-        """Add a face, whose negative indices count back from what was said last."""
-        counts = tuple(map(len, self.rows.values()))
-        for corner in corners:
-            said = corner.split("/")
-            for k in range(3):
-                index = int(said[k]) if k < len(said) and said[k] else None
-                if index == 0 or (index is None and k == 0):
-                    raise InputError(f"{self._path}: a face names {corner}, and indices of OBJ count from 1")
-                self.corners.append(-1 if index is None else index - 1 if index > 0 else counts[k] + index)
-                if index is not None and self.corners[-1] < 0:
-                    raise InputError(
-                        f"{self._path}: a face names vertex {corner}, but {counts[k]} are there to count back"
-                    )
-        self.sizes.append(len(corners))
-        self.materials.append(material)
+
+def _corners(path: Path, lines: _Lines) -> Indices:
+    """Vertex, texture coordinate and normal of each corner, counted from 0, -1 for none: (n, 3)."""
+    whole = [corner + "//"[corner.count("/") :] for corner in lines.corners]
+    words = [word or _NONE for word in "/".join(whole).split("/")]
+    said = np.array(words, np.int64).reshape(-1, 3)
+    if (said == 0).any():
+        corner = lines.corners[int(np.flatnonzero((said == 0).any(axis=1))[0])]
+        raise InputError(f"{path}: a face names {corner}, and indices of OBJ count from 1")
+    before = np.repeat(np.frombuffer(lines.before, np.int64).reshape(-1, 3), lines.sizes, axis=0)
+    none = said == int(_NONE)
+    corners: Indices = np.where(none, -1, np.where(said > 0, said - 1, before + said))
+    if (lost := (corners < 0) & ~none).any() or none[:, 0].any():
+        row = int(np.flatnonzero(lost.any(axis=1) | none[:, 0])[0])
+        raise InputError(f"{path}: a face names vertex {lines.corners[row]}, but {before[row, 0]} came before it")
+    return corners
 
 
 def _text(data: bytes) -> str:

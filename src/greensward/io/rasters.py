@@ -1,6 +1,7 @@
 """Pictures in; pictures and ground truth out, written aside and renamed into place."""
 
 import contextlib
+import logging
 import os
 import threading
 import warnings
@@ -173,9 +174,9 @@ def open_file(path: Path) -> IO[bytes]:
 
 @contextlib.contextmanager
 def decoding(path: object, what: str) -> Iterator[None]:
-    """Turn errors of a decoder into one sentence: decoders raise nearly anything on damaged data, and warn."""
+    """Turn errors of a decoder into one sentence: decoders raise nearly anything on damaged data, warn and log."""
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), silence("PIL"):
             warnings.simplefilter("ignore")
             yield
     except InputError:
@@ -184,6 +185,19 @@ def decoding(path: object, what: str) -> Iterator[None]:
         raise GreenswardError(f"{path}: needs more memory than there is") from None
     except Exception as error:
         raise InputError(f"{path}: is cut short, damaged or not {what} ({error})") from None
+
+
+@contextlib.contextmanager
+def silence(library: str) -> Iterator[None]:
+    """Keep a library's log from the terminal."""
+    log, nothing = logging.getLogger(library), logging.NullHandler()
+    before, log.propagate = log.propagate, False
+    log.addHandler(nothing)
+    try:
+        yield
+    finally:
+        log.removeHandler(nothing)
+        log.propagate = before
 
 
 def check_shape(path: object, shape: tuple[int, ...]) -> None:
