@@ -10,6 +10,8 @@ from greensward.io.rasters import decoded, spread
 
 _MOST_PX, _MOST_TEXELS = 2048, 1 << 26
 _WRAPS = {"repeat": 0.0, "mirror": 1.0, "clamp": 2.0}
+_ROOTS = np.round(255.0 * np.sqrt(decoded(np.arange(256) / 255.0))).astype(np.uint8)
+"""Square root of the linear light of each sRGB value."""
 Singles = npt.NDArray[np.float32]
 Pixels = npt.NDArray[np.uint8]
 
@@ -62,10 +64,8 @@ def picture_array(ctx: moderngl.Context, mesh: TriMesh) -> moderngl.TextureArray
 
 def _coded(picture: Pixels, columns: int, rows: int) -> Pixels:
     shown = spread(picture)
-    light = np.dstack([np.sqrt(decoded(shown[..., :3] / 255.0)), shown[..., 3:] / 255.0])
-    coded: Pixels = np.round(255.0 * light).astype(np.uint8)
-    if coded.shape[:2] == (rows, columns):
-        return coded
-    # channel by channel, or Pillow would weigh colours by alpha
-    parts = [Image.fromarray(coded[..., k]).resize((columns, rows), Image.Resampling.BILINEAR) for k in range(4)]
-    return np.dstack([np.asarray(part) for part in parts])
+    if shown.shape[:2] != (rows, columns):
+        # channel by channel, or Pillow would weigh colours by alpha
+        parts = [Image.fromarray(np.ascontiguousarray(part)) for part in np.moveaxis(shown, -1, 0)]
+        shown = np.dstack([np.asarray(part.resize((columns, rows), Image.Resampling.BILINEAR)) for part in parts])
+    return np.dstack([_ROOTS[shown[..., :3]], shown[..., 3]])
