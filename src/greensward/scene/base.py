@@ -24,6 +24,7 @@ from greensward.scene.raster import Array, Raster, picture_in
 
 _NAMES_A_FILE = "names a file"
 _IN_PYTHON = "given in Python alone"
+_OR_ARRAY = "takes an array"
 
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
@@ -110,7 +111,7 @@ else:
     FileName = Annotated[str, Strict(), Field(min_length=1), BeforeValidator(_as_text), _NAMES_A_FILE]
     OptionalFileName = FileName | None
     FileNames = Many[FileName]
-    OptionalMap = Annotated[FileName, WrapValidator(_or_picture), PlainSerializer(_as_it_is)] | None
+    OptionalMap = Annotated[FileName, WrapValidator(_or_picture), PlainSerializer(_as_it_is), _OR_ARRAY] | None
     """Name of a picture, or in Python an array with its pixels."""
     OptionalArray = Annotated[Raster, _IN_PYTHON, WithJsonSchema({"type": "array"})] | None
 
@@ -166,6 +167,11 @@ def names_a_file(field: FieldInfo) -> bool:
 def is_for_python(field: FieldInfo) -> bool:
     """Return whether the field can only be given in Python, and not in TOML."""
     return _is_marked(field, _IN_PYTHON)
+
+
+def takes_an_array(field: FieldInfo) -> bool:
+    """Return whether the field may hold an array, which Python gives."""
+    return is_for_python(field) or _is_marked(field, _OR_ARRAY)
 
 
 def _is_marked(field: FieldInfo, mark: str) -> bool:
