@@ -204,6 +204,17 @@ def test_references_that_do_not_tell_the_size(tmp_path, profile, told):
     assert refused(lambda it: height_map_size_m(HeightMapGround(file="a.tif"), it), path).startswith(told)
 
 
+def test_a_world_file_beside_a_tiff_is_a_reference_and_statistics_are_none(tmp_path):
+    plain = tif(tmp_path / "a.tif", HILL.astype("u2"), crs=None, transform=None)
+    assert read_heights(plain).max() == pytest.approx(HILL.max() / 6553.5)
+    with rasterio.open(plain, "r+") as file:
+        file.update_tags(1, STATISTICS_MAXIMUM=HILL.max())
+    assert read_heights(plain).max() == pytest.approx(HILL.max() / 6553.5)
+    (tmp_path / "a.tfw").write_text("2\n0\n0\n-3\n437000\n5301000\n")
+    np.testing.assert_array_equal(read_heights(plain), HILL)
+    assert "set ground.size_m, which is [38, 45]" in refused(extent_m, plain)
+
+
 def test_an_esri_grid(tmp_path):
     rows = "\n".join(" ".join(map(str, row)) for row in np.where(HILL == 12, -9999, HILL))
     head = "ncols 20\nnrows 16\nxllcorner 437000\nyllcorner 5301000\ncellsize 2.5\nNODATA_value -9999\n"

@@ -30,6 +30,8 @@ _HGT_VOID = -32768
 _GEO_TAGS = (33550, 33922, 34264, 34735, 42112, 42113)  # of GeoTIFF, and of GDAL
 _PLAIN_COMPRESSIONS = {1, 2, 5, 7, 8, 32773, 32946}
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+_WORLD_FILES = (".tfw", ".tifw", ".wld")
+"""Endings of files beside a TIFF that say where it lies."""
 _NOT_READ = {
     b"v/1\x01": ("OpenEXR", "oiiotool {0} -o heights.tif"),
     b"\x89HDF": ("HDF5 or netCDF", "gdal_translate {0} heights.tif"),
@@ -128,6 +130,8 @@ def _is_for_gdal(path: Path, stream: IO[bytes]) -> bool:
     stream.seek(0)
     if head.startswith(b"\x89PNG"):
         return len(head) > 25 and head[24] == 16 and head[25] != 0  # colours, or alpha, of 16 bits
+    if head[:4] in _TIFF and any(path.with_suffix(ending).exists() for ending in _WORLD_FILES):
+        return True
     if head[:4] not in _TIFF:
         return path.suffix.lower() in georaster.ENDINGS or head[:5].lower() == b"ncols"
     try:

@@ -186,7 +186,7 @@ def _is_located(source: Any) -> bool:
     about = {**source.tags(), **source.tags(1)}
     meant = (set(source.scales), set(source.offsets), set(source.units)) != ({1.0}, {0.0}, {None})
     placed = source.crs is not None or not source.transform.is_identity
-    declared = source.nodata is not None or any(not name.startswith("TIFFTAG_") for name in about)
+    declared = source.nodata is not None or any(not name.startswith(("TIFFTAG_", "STATISTICS_")) for name in about)
     return source.driver != "PNG" and (placed or declared or meant)
 
 
