@@ -319,13 +319,27 @@ def test_check_tells_all_problems_at_once_also_of_files(greensward, tmp_path):
     assert told[3:] == ["a.toml: seed: must be at least 0 (got -1)"]
     code, out, err = greensward("check", "a.toml", "--json")
     assert (code, err) == (2, "")
-    assert json.loads(out) == {"ok": False, "errors": told}
+    assert json.loads(out) == {"ok": False, "errors": told, "warnings": []}
     (tmp_path / "b.toml").write_text("ground = {terrain_map = 'red.png'}\ncolour = {kind = 'ground'}\n")
     code, out, _ = greensward("check", "b.toml", "--json")
     (error,) = json.loads(out)["errors"]
     assert error.startswith("red.png: ground.terrain_map: must have a texel of greenness 0.05")
     code, out, _ = greensward("check", "meadow", "--json")
-    assert (code, json.loads(out)) == (0, {"ok": True, "errors": []})
+    assert (code, json.loads(out)) == (0, {"ok": True, "errors": [], "warnings": []})
+
+
+def test_check_warns_of_what_is_probably_not_meant(greensward, tmp_path):
+    red = np.zeros((4, 4, 3), np.uint8)
+    red[..., 0] = 255
+    Image.fromarray(red).save("red.png")
+    (tmp_path / "a.toml").write_text('[sowing]\ndensity_map = "red.png"\n')
+    code, out, err = greensward("check", "a.toml")
+    assert code == 0
+    assert ": valid: " in out
+    assert err.startswith("warning: red.png: blue, the height of the grass, is 0")
+    code, out, err = greensward("check", "a.toml", "--json")
+    told = json.loads(out)
+    assert (code, err, told["ok"], len(told["warnings"])) == (0, "", True, 1)
 
 
 @pytest.mark.parametrize("command", [(), ("render",), ("scenes",), ("new",), ("check",), ("info",), ("stamp",)])

@@ -110,7 +110,7 @@ def test_a_map_beyond_the_driver_is_refused(device):
 
 def test_mean_density_is_that_of_the_map(device, tmp_path):
     pixels = np.zeros((4, 8, 3), np.uint8)
-    pixels[:, :2, 0] = 255
+    pixels[:, :2] = 255
     scene = with_pictures(tmp_path, {"d.png": pixels}, sowing={"density_map": "d.png"})
     ground = GroundGpu(device, scene, HeightField.of(scene))
     assert ground.mean_density == pytest.approx(0.25)

@@ -1,10 +1,16 @@
 """Meshes in: every format, joined and with normals; and every way in which a file may be wrong."""
 
+import base64
 import json
+import os
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PIL import Image
 
 from greensward.cli.check import _read
 from greensward.io import meshes
@@ -14,6 +20,7 @@ from greensward.scene.load import load
 
 trimesh = pytest.importorskip("trimesh")
 
+KEPT = Path(__file__).parent / "meshes"
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
 
@@ -32,11 +39,11 @@ def exported(folder, shape, ending, **options):
     return path
 
 
-def refused(path):
+def refused(path, painted=False):
     with pytest.raises(InputError) as caught:
-        read_mesh(path)
+        read_mesh(path, painted)
     (line,) = str(caught.value).splitlines()
-    assert line.startswith(f"{path}: ")
+    assert line.startswith(f"{path.parent if painted else path}")
     return line.removeprefix(f"{path}: ")
 
 
@@ -157,14 +164,22 @@ def test_quads_are_cut(tmp_path):
     assert read_mesh(written(tmp_path / "a.obj", text)).areas.sum() == pytest.approx(1)
 
 
-@pytest.mark.parametrize("names", ["mtllib gone.mtl\nusemtl gone\n", "mtllib here.mtl\nusemtl a\n"])
-def test_missing_materials_and_pictures_are_not_missed(tmp_path, names):
-    written(tmp_path / "here.mtl", "newmtl a\nmap_Kd gone.png\n")
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        ("mtllib gone.mtl\nusemtl gone\n", "names gone.mtl, which is not there; add it, or set the object's colour"),
+        ("mtllib here.mtl\nusemtl a\n", "names gone.png, which is not there; add it, or set the object's colour"),
+        ("mtllib here.mtl\nusemtl b\n", "no material b is in here.mtl; set the object's colour"),
+    ],
+)
+def test_missing_materials_and_pictures_are_missed_only_where_they_are_drawn(tmp_path, names, told):
+    written(tmp_path / "here.mtl", "newmtl c\nnewmtl a\nmap_Kd gone.png\n")
     path = written(tmp_path / "a.obj", names + TRIANGLE + "f 1 2 3\n")
     assert len(read_mesh(path).triangles) == 1
+    assert refused(path, painted=True).endswith(told)
 
 
-def test_a_missing_picture_of_gltf_is_not_missed(tmp_path):
+def test_a_missing_picture_of_gltf_is_missed_only_where_it_is_drawn(tmp_path):
     path = exported(tmp_path, trimesh.creation.box(), ".gltf")
     tree = json.loads(path.read_text())
     tree["images"], tree["textures"] = [{"uri": "gone.png"}], [{"source": 0}]
@@ -172,6 +187,7 @@ def test_a_missing_picture_of_gltf_is_not_missed(tmp_path):
     tree["meshes"][0]["primitives"][0]["material"] = 0
     written(path, json.dumps(tree))
     assert len(read_mesh(path).triangles) == 12
+    assert refused(path, painted=True).startswith("names gone.png, which is not there; put it beside, or set")
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
@@ -192,9 +208,11 @@ def test_cut_short(tmp_path, ending, part):
 
 def test_a_gltf_without_its_bytes(tmp_path):
     path = exported(tmp_path, trimesh.creation.box(), ".gltf")
-    for each in tmp_path.glob("*.bin"):
-        each.unlink()
-    assert "cut short, damaged or not a mesh" in refused(path)
+    buffer = next(tmp_path.glob("*.bin"))
+    buffer.write_bytes(buffer.read_bytes()[:-1])
+    assert refused(path).startswith(f"{buffer.name} must have ")
+    buffer.unlink()
+    assert refused(path) == f"names {buffer.name}, which is not there; put it beside"
 
 
 @pytest.mark.parametrize("text", ["f 1 2 9\n", "f 1 2 -9\n", "f 1/1 2/1 9/1\n", "f 1 x 3\n", "", "l 1 2\n"])
@@ -253,10 +271,11 @@ def test_endings_in_capitals(tmp_path):
     assert len(read_mesh(written(tmp_path / "A.OBJ", TRIANGLE + "f 1 2 3\n")).triangles) == 1
 
 
-def test_without_trimesh(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "trimesh", None)
-    message = refused(written(tmp_path / "a.obj", TRIANGLE + "f 1 2 3\n"))
-    assert message.endswith('pip install "greensward[mesh]"')
+@pytest.mark.parametrize(("module", "file"), [("mapbox_earcut", "concave.obj"), ("DracoPy", "draco_and_plain.glb")])
+def test_without_the_extra(monkeypatch, module, file):
+    monkeypatch.setitem(sys.modules, module, None)
+    assert 'pip install "greensward[mesh]"' in refused(KEPT / file)
+    assert len(read_mesh(KEPT / "plain.glb").triangles) == 12
 
 
 def test_check_reads_meshes_as_meshes_and_their_maps_as_pictures(tmp_path):
@@ -298,3 +317,245 @@ def test_a_file_that_changes_is_read_anew(tmp_path):
     assert read_mesh(path) is first
     written(path, TRIANGLE + "f 1 2 3\nf 3 2 1\n")
     assert len(read_mesh(path).triangles) == 2
+
+
+# Files of other programs ------------------------------------------------------------------------------------
+
+SLAB = [[0, 0, 0], [4, 1, 2]]
+
+
+@pytest.mark.parametrize(
+    ("file", "triangles", "area", "bounds"),
+    [
+        ("plain.glb", 12, 28, SLAB),
+        ("percent.gltf", 12, 28, SLAB),
+        ("quant_i2_normalized.glb", 12, 28, SLAB),
+        ("sparse.glb", 12, 28, SLAB),
+        ("uv_u1.glb", 12, 28, SLAB),
+        ("fan_and_triangles.glb", 8, 24, SLAB),
+        ("gpu_instances.glb", 36, 84, [[0, 0, 0], [24, 1, 2]]),
+        ("draco_and_plain.glb", 24, 56, [[0, 0, 0], [14, 1, 2]]),
+        ("i_neg_whole.obj", 12, 28, SLAB),
+        ("i_tab_v.obj", 12, 28, SLAB),
+        ("i_latin1.obj", 12, 28, SLAB),
+        ("zup.obj", 12, 28, [[0, -2, 0], [4, 0, 1]]),
+        ("concave.obj", 4, 3, [[0, 0, -2], [2, 0, 0]]),
+        ("le_mixed.ply", 12, 28, SLAB),
+        ("edges.ply", 12, 28, SLAB),
+        ("tex-http.ply", 1, 0.5, [[0, 0, 0], [1, 1, 0]]),
+        ("binary_tail.stl", 12, 28, SLAB),
+        ("bad.stl", 1, 0.5, [[0, 0, 0], [1, 1, 0]]),
+    ],
+)
+def test_every_kind_of_file_is_read_as_it_is_meant(file, triangles, area, bounds):
+    mesh = read_mesh(KEPT / file, painted=True)
+    assert len(mesh.triangles) == triangles
+    assert mesh.areas.sum() == pytest.approx(area, rel=1e-3)
+    np.testing.assert_allclose(mesh.bounds, bounds, atol=1e-3)
+    if file == "uv_u1.glb":
+        assert mesh.uv is not None
+        assert (mesh.uv.min(), mesh.uv.max()) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("file", "told"),
+    [
+        ("missing_bin.gltf", "names gone.bin, which is not there; put it beside"),
+        ("zero_index.obj", "a face names 0, and indices of OBJ count from 1"),
+        ("uri-fifo.gltf", "names fifo, which is not there; put it beside"),
+    ],
+)
+def test_what_cannot_be_read_is_named(file, told):
+    assert refused(KEPT / file) == told
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_pipe_beside_a_gltf_is_not_waited_for(tmp_path):
+    path = written(tmp_path / "a.gltf", (KEPT / "uri-fifo.gltf").read_bytes())
+    os.mkfifo(tmp_path / "fifo")
+    with pytest.raises(InputError, match="fifo: is not a file"):
+        read_mesh(path)
+
+
+def gltf(path, positions, attributes=(), primitive=(), **tree):
+    """A glTF file of float attributes, its bytes in itself."""
+    arrays = {"POSITION": np.asarray(positions, np.float32), **dict(attributes)}
+    data, views, accessors = b"", [], []
+    for values in arrays.values():
+        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": values.nbytes})
+        kind = {"float32": 5126, "uint8": 5121, "uint16": 5123}[values.dtype.name]
+        shape = f"VEC{values.shape[1]}" if values.ndim == 2 else f"MAT{values.shape[1]}"
+        accessors.append(
+            {"bufferView": len(views) - 1, "componentType": kind, "count": len(values), "type": shape}
+            | ({"normalized": True} if values.dtype.kind == "u" and len(views) == 2 else {})
+        )
+        data += values.tobytes() + b"\0" * (-values.nbytes % 4)
+    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    drawn = {"attributes": {name: i for i, name in enumerate(arrays) if name.isupper()}, **dict(primitive)}
+    tree = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": len(data), "uri": uri}],
+        "bufferViews": views,
+        "accessors": accessors,
+        "meshes": [{"primitives": [drawn]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    } | tree
+    return written(path, json.dumps(tree))
+
+
+CORNER = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+
+
+@pytest.mark.parametrize(
+    ("name", "cure"),
+    [
+        ("EXT_meshopt_compression", "gltf-transform copy a.gltf plain.glb"),
+        ("KHR_texture_basisu", "gltf-transform ktxdecompress a.gltf plain.glb"),
+        ("ACME_hair", "export a.gltf without it"),
+    ],
+)
+def test_an_extension_that_a_gltf_needs_is_read_or_named(tmp_path, name, cure):
+    path = gltf(tmp_path / "a.gltf", CORNER, extensionsRequired=["KHR_texture_transform", name])
+    assert refused(path) == f"needs the glTF extension {name}, which is not read; convert it: {cure}"
+
+
+def test_a_strip_alternates(tmp_path):
+    mesh = read_mesh(gltf(tmp_path / "a.gltf", [*CORNER, [1, 1, 0]], primitive={"mode": 5}))
+    assert mesh.areas.sum() == 1
+    np.testing.assert_allclose(mesh.normals, [[0, 0, 1]] * 4)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "told"),
+    [
+        ([{"children": [1]}, {"children": [0], "mesh": 0}], "must be there once; its nodes are no trees"),
+        ([{"children": [7]}], "must be there once; its nodes are no trees"),
+        ([{"mesh": 0}] * 20_001, "must have at most 20,000 nodes (got 20,001); join them: gltf-transform join"),
+    ],
+)
+def test_nodes_that_are_no_trees_or_too_many(tmp_path, nodes, told):
+    assert told in refused(gltf(tmp_path / "a.gltf", CORNER, nodes=nodes))
+
+
+def test_morph_targets_and_skins_take_their_rest_pose(tmp_path):
+    moved = np.array([[0, 0, 2]] * 3, np.float32)
+    shaped = gltf(
+        tmp_path / "a.gltf",
+        CORNER,
+        {"target": moved},
+        {"targets": [{"POSITION": 1}]},
+        nodes=[{"mesh": 0, "weights": [0.5]}],
+    )
+    assert read_mesh(shaped).bounds[:, 2].tolist() == [1, 1]
+    joints, weights = np.zeros((3, 4), np.uint16), np.array([[0.25, 0.75, 0, 0]] * 3, np.float32)
+    joints[:, 1] = 1
+    skinned = gltf(
+        tmp_path / "b.gltf",
+        CORNER,
+        {"unused": moved, "JOINTS_0": joints, "WEIGHTS_0": weights},
+        nodes=[
+            {"mesh": 0, "skin": 0, "translation": [9, 9, 9]},
+            {"translation": [0, 0, 4], "children": [2]},
+            {"translation": [0, 0, 4]},
+        ],
+        skins=[{"joints": [1, 2]}],
+        scenes=[{"nodes": [0, 1]}],
+    )
+    np.testing.assert_allclose(read_mesh(skinned).bounds, [[0, 0, 7], [1, 1, 7]])
+
+
+def test_materials_of_gltf(tmp_path):
+    Image.new("RGBA", (4, 2), (255, 0, 0, 255)).save(tmp_path / "a b.png")
+    uv = np.array([[0, 0], [255, 0], [0, 255]], np.uint8)
+    transform = {"offset": [0.5, 0.25], "scale": [2, 1], "rotation": np.pi / 2}
+    path = gltf(
+        tmp_path / "a.gltf",
+        CORNER,
+        {"TEXCOORD_0": uv},
+        {"material": 1},
+        materials=[
+            {},
+            {
+                "alphaMode": "MASK",
+                "alphaCutoff": 0.3,
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [0.5, 1, 1, 1],
+                    "baseColorTexture": {"index": 0, "extensions": {"KHR_texture_transform": transform}},
+                },
+            },
+        ],
+        textures=[{"source": 0, "sampler": 0}],
+        samplers=[{"wrapS": 33071}],
+        images=[{"uri": "a%20b.png"}],
+    )
+    mesh = read_mesh(path, painted=True)
+    assert read_mesh(path).materials == ()
+    assert mesh.material is not None
+    assert mesh.material.tolist() == [1, 1, 1]
+    painted = mesh.materials[1]
+    assert (painted.colour, painted.cutoff, painted.wrap) == ((0.5, 1, 1, 1), 0.3, ("clamp", "repeat"))
+    assert painted.picture is not None
+    assert painted.picture.shape == (2, 4, 4)
+    # a quarter turn counter-clockwise where v runs down: (u, v) becomes (v, -u)
+    np.testing.assert_allclose(mesh.uv, [[0.5, 0.75], [0.5, 2.75], [1.5, 0.75]], atol=1e-6)
+
+
+def test_materials_of_obj(tmp_path):
+    Image.new("RGB", (2, 2), (0, 255, 0)).save(tmp_path / "green leaf.png")
+    Image.fromarray(np.array([[0, 255], [255, 255]], np.uint8)).save(tmp_path / "mask.png")
+    library = "newmtl plain\nKd 0.5 0.5 0.5\nnewmtl leaf\nmap_Kd -clamp on -bm 1 green leaf.png\nmap_d mask.png\n"
+    written(tmp_path / "a.mtl", library)
+    faces = "usemtl leaf\nf 1/1 2/2 3/3\nusemtl plain\nf 3/3 2/2 1/1\n"
+    path = written(tmp_path / "a.obj", "mtllib a.mtl\n" + TRIANGLE + "vt 0 0\nvt 1 0\nvt 0 1\n" + faces)
+    mesh = read_mesh(path, painted=True)
+    assert mesh.material is not None
+    assert mesh.material[mesh.triangles].tolist() == [[0] * 3, [1] * 3]
+    leaf, plain = mesh.materials
+    assert plain.colour[0] == pytest.approx(0.214, abs=1e-3)
+    assert leaf.picture is not None
+    assert leaf.picture[..., 3].tolist() == [[0, 255], [255, 255]]
+    assert (leaf.cutoff, leaf.wrap) == (0.5, ("clamp", "clamp"))
+    written(tmp_path / "a.mtl", library.replace("-bm 1", "-s 2 2 2"))
+    assert "the option -s of a picture is not read" in refused(path, painted=True)
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+def test_ply_of_either_order_with_lists_of_any_length_and_more_columns(tmp_path, order):
+    mark = "<" if order == "little" else ">"
+    header = f"ply\nformat binary_{order}_endian 1.0\nelement vertex 4\n"
+    header += "".join(f"property double {axis}\n" for axis in "xyz") + "property uchar red\nproperty uchar green\n"
+    header += "property uchar blue\nelement face 2\nproperty list uchar int vertex_index\n"
+    header += "property short flags\nend_header\n"
+    data = b"".join(np.array(at, f"{mark}f8").tobytes() + bytes([255, 0, 51]) for at in [*CORNER, [1, 1, 0]])
+    for face in ([0, 1, 3, 2], [2, 1, 0]):
+        data += bytes([len(face)]) + np.array(face, f"{mark}i4").tobytes() + np.array(7, f"{mark}i2").tobytes()
+    mesh = read_mesh(written(tmp_path / "a.ply", header.encode() + data))
+    assert mesh.areas.sum() == 1.5
+    assert mesh.colours is not None
+    np.testing.assert_allclose(mesh.colours[0], [1, 0, 0.2, 1])
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_damaged_files_are_read_or_refused_in_a_sentence(tmp_path, data):
+    kept = data.draw(st.sampled_from(sorted(path for path in KEPT.iterdir() if path.is_file())))
+    content = bytearray(kept.read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    path = written(tmp_path / f"a{kept.suffix}", bytes(content[: data.draw(st.integers(1, len(content)))]))
+    told = ""
+    try:
+        mesh = read_mesh(path, painted=True)
+        assert np.isfinite(mesh.positions).all()
+        assert np.isfinite(mesh.normals).all()
+    except InputError as error:
+        told = str(error)
+    assert "\n" not in told
+
+
+def test_corners_of_obj_may_lack_texture_coordinates(tmp_path):
+    path = written(tmp_path / "a.obj", TRIANGLE + "vt 0.5 0.25\nf 1/1 2/1 3/1\nf 3 2 1\n")
+    mesh = read_mesh(path)
+    assert mesh.uv is not None
+    assert sorted(map(tuple, mesh.uv.tolist())) == [(0, 0)] * 3 + [(0.5, 0.25)] * 3

@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from greensward.io import rasters
+from greensward.io.elevation import read_heights
 from greensward.io.rasters import (
     check_writable,
-    read_heights,
+    read_colours,
     read_rgba,
+    spread,
     write_npz,
     write_picture,
     written_aside,
@@ -329,3 +331,36 @@ def test_an_output_that_cannot_be_written_is_told_before_the_work(tmp_path):
 def test_a_folder_that_cannot_be_written_is_told(tmp_path):
     tmp_path.chmod(0o500)
     assert "cannot be written: Permission denied" in refused(check_writable, tmp_path / "a.png")
+
+
+def test_hidden_colours_are_those_of_what_is_visible_beside_them(tmp_path):
+    picture = np.full((13, 21, 4), 255, np.uint8)
+    picture[..., 3] = 0  # white, where it is transparent
+    picture[:, :5] = 200, 0, 0, 255
+    picture[6:, 14:] = 0, 0, 100, 128
+    found = read_colours(saved(tmp_path / "a.png", picture))
+    np.testing.assert_array_equal(found[..., 3], picture[..., 3])
+    seen = picture[..., 3] > 0
+    np.testing.assert_array_equal(found[seen], picture[seen])
+    assert found[..., 1].max() == 0
+    np.testing.assert_array_equal(found[:, 5, :3], [[200, 0, 0]] * 13)
+    np.testing.assert_array_equal(found[6:, 13, :3], [[0, 0, 100]] * 7)
+    for whole in (np.full((3, 3, 4), 255, np.uint8), np.zeros((3, 3, 4), np.uint8)):
+        assert spread(whole) is whole
+
+
+@pytest.mark.parametrize("turn", range(1, 9))
+def test_a_turn_by_exif_is_applied(tmp_path, turn):
+    upright = Image.fromarray(np.arange(6, dtype=np.uint8).reshape(2, 3) * 40)
+    opposite = {2: 0, 3: 3, 4: 1, 5: 5, 6: 2, 7: 6, 8: 4}  # what EXIF asks to be done, undone
+    stored = upright if turn == 1 else upright.transpose(Image.Transpose(opposite[turn]))
+    exif = Image.Exif()
+    exif[0x0112] = turn
+    stored.save(tmp_path / "a.png", exif=exif)
+    np.testing.assert_array_equal(read_rgba(tmp_path / "a.png")[..., 0], np.asarray(upright))
+    np.testing.assert_allclose(read_heights(tmp_path / "a.png"), np.asarray(upright) / 25.5, atol=1e-5)
+
+
+def test_values_of_a_tiff_that_pillow_would_wrap_are_refused(tmp_path):
+    Image.fromarray(GREY8).save(tmp_path / "a.tif", tiffinfo={339: 2})
+    assert refused(read_rgba, tmp_path / "a.tif").startswith("holds signed values or leaves blocks out")

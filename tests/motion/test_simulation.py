@@ -169,7 +169,7 @@ def test_no_tip_stays_inside_a_ball(renderer, form):
 @pytest.mark.parametrize(
     "thing",
     [
-        {"kind": "capsule", "radius_m": 0.4, "length_m": 2.0, "lean_deg": 90.0},
+        {"kind": "capsule", "radius_m": 0.4, "length_m": 2.0, "roll_deg": 90.0},
         {"kind": "box", "size_m": [1.0, 0.5, 1.0]},
         {"kind": "cylinder", "size_m": [1.0, 0.5, 1.0]},
     ],

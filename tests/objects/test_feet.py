@@ -43,7 +43,7 @@ def test_a_turned_box_covers_its_base_and_a_leaning_one_what_is_low():
     x, z = _turned(30.0)
     _agree(_covered({"kind": "box", "size_m": [3.0, 0.1, 1.0], "yaw_deg": 30.0}), (abs(x) < 1.5) & (abs(z) < 0.5))
     # a long board that leans nearly flat is near the ground at one end only
-    board = {"kind": "box", "size_m": [0.1, 4.0, 1.0], "yaw_deg": 30.0, "lean_deg": 80.0}
+    board = {"kind": "box", "size_m": [0.1, 4.0, 1.0], "yaw_deg": 30.0, "roll_deg": 80.0}
     reach = HIGH_M / np.tan(np.radians(10.0))
     _agree(_covered(board), (x > -0.1) & (x < reach) & (abs(z) < 0.5), 0.02)
 

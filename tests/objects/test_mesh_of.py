@@ -9,7 +9,7 @@ from greensward.io.meshes import TriMesh
 from greensward.objects.meshes import mesh_of
 from greensward.scene import Box, Capsule, Cylinder, InputError, Mesh, Sphere
 
-_HERE = {"position_m": (3.0, 1.0, 2.0), "yaw_deg": 30.0, "lean_deg": 20.0}
+_HERE = {"position_m": (3.0, 1.0, 2.0), "yaw_deg": 30.0, "roll_deg": 20.0}
 _SOLIDS = {
     "box": (Box(kind="box", size_m=(1, 2, 3), **_HERE), (1, 2, 3), 22.0, 6.0),
     "ball": (Sphere(kind="sphere", size_m=(2, 2, 2), **_HERE), (2, 2, 2), 4 * np.pi, 4 / 3 * np.pi),
@@ -77,3 +77,15 @@ def test_a_cow():
     assert mesh.areas.sum() == pytest.approx(4 * 5.7095, rel=1e-4)
     assert mesh.bounds[0, 1] == 0
     assert np.einsum("mj,mij->mi", _flat(mesh), mesh.normals[mesh.triangles]).min() > 0.7
+
+
+@pytest.mark.parametrize(
+    ("file", "up", "size"), [("zup.obj", "z", (4, 1, 2)), ("zup.obj", "y", (4, 2, 1)), ("plain.glb", "y", (4, 1, 2))]
+)
+def test_the_axis_of_a_file_that_is_up(file, up, size):
+    folder = Path(__file__).parents[1] / "io" / "meshes"
+    mesh = mesh_of(Mesh(position_m=(0, 0, 0), file=file, up=up, scale=0.5), lambda name: folder / name)
+    x, y, z = (0.5 * edge for edge in size)
+    np.testing.assert_allclose(mesh.bounds, [[-x / 2, 0, -z / 2], [x / 2, y, z / 2]], atol=1e-6)
+    assert (np.einsum("mj,mj->m", _flat(mesh), mesh.positions[mesh.triangles].mean(axis=1) - [0, y / 2, 0]) > 0).all()
+    assert np.einsum("mj,mij->mi", _flat(mesh), mesh.normals[mesh.triangles]).min() > 0.99

@@ -129,3 +129,17 @@ def test_a_helicopter_flies_its_circle():
     ahead = placing.at(0.0)[0, :3, 0]
     assert ahead[2] > 0.95
     assert helicopters([wind.model_copy(update={"drawn": False})], _FLAT) == ((), {})
+
+
+def test_pitch_lifts_the_front_roll_leans_to_the_right_and_yaw_comes_last():
+    def turned(**keys):
+        thing = _ball(**keys)
+        return Placing([thing], _FLAT).at(0.0)[0, :3, :3].round(9) + 0.0
+
+    front, right, up = -np.eye(3)[2], np.eye(3)[0], np.eye(3)[1]
+    np.testing.assert_array_equal(turned(pitch_deg=90) @ front, up)
+    np.testing.assert_array_equal(turned(roll_deg=90) @ up, right)
+    np.testing.assert_array_equal(turned(yaw_deg=90) @ right, front)
+    # rolled about its own front, then lifted, then turned to the left
+    np.testing.assert_array_equal(turned(yaw_deg=90, pitch_deg=90, roll_deg=90) @ up, front)
+    np.testing.assert_array_equal(turned(yaw_deg=90, pitch_deg=90, roll_deg=90) @ front, up)

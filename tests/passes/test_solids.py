@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from greensward.gpu.kernels import Draw
 from greensward.library import load
@@ -52,3 +53,43 @@ def test_ellipsoids_of_one_draw_have_each_its_surface_and_normals(renderer, draw
         expected = own / half**2 @ placed[:3, :3].T
         expected /= np.linalg.norm(expected, axis=1, keepdims=True)
         assert np.quantile((normals[of == i] * expected).sum(1), 0.05) > 0.995
+
+
+CARD = "mtllib a.mtl\nusemtl a\nv -2 0 0\nv 2 0 0\nv 2 4 0\nv -2 4 0\nvt 0 0\nvt 2 0\nvt 2 1\nvt 0 1\n"
+CARD += "f 1/1 2/2 3/3 4/4\n"
+
+
+def card(renderer, folder, library, picture=None, **keys):
+    """Truth of a card of 4 × 4 m in the middle of the image, on which a picture lies twice side by side."""
+    (folder / "a.obj").write_text(CARD)
+    (folder / "a.mtl").write_text("newmtl a\n" + library)
+    if picture is not None:
+        Image.fromarray(picture).save(folder / "a.png")
+    card = {"kind": "mesh", "file": "a.obj", "position_m": [0, 0, 0], **keys}
+    camera = {"position_m": [0, 2, 5], "target_m": [0, 2, 0], "fov_y_deg": 43, "height_above_ground": False}
+    scene = small_scene(grass=[], object=[card], camera=camera, shadows={"enabled": False}).in_folder(folder)
+    return renderer(scene, size=(64, 36)).render(aovs=["class", "albedo"]).truth
+
+
+def test_materials_are_drawn_and_cut_out_and_hidden_colours_never_show(renderer, tmp_path):
+    picture = np.zeros((16, 16, 4), np.uint8)
+    picture[:, :, :] = 255, 255, 255, 0  # white, where it is transparent
+    picture[:8, :8], picture[8:, :8] = (188, 0, 0, 255), (0, 0, 255, 255)
+    truth = card(renderer, tmp_path, "Kd 1 1 0.735\nmap_Kd a.png\n", picture)
+    shown = truth["class"] == SurfaceClass.OBJECT
+    assert shown[4:32, 15:22].all()
+    assert shown[4:32, 33:38].all()
+    assert not shown[:, 25:31].any()
+    assert not shown[:, 42:].any()
+    albedo = truth["albedo"]
+    np.testing.assert_allclose(albedo[6:15, 16:22], np.broadcast_to([0.503, 0, 0], (9, 6, 3)), atol=0.02)
+    np.testing.assert_allclose(albedo[22:31, 16:22], np.broadcast_to([0, 0, 0.5], (9, 6, 3)), atol=0.02)
+    assert albedo[shown][:, 1].max() < 0.05  # no white, also at edges
+
+
+def test_a_material_without_a_picture_has_its_colour_and_the_scene_wins(renderer, tmp_path):
+    truth = card(renderer, tmp_path, "Kd 0 0.735 0\n")
+    np.testing.assert_allclose(truth["albedo"][18, 32], [0, 0.5, 0], atol=0.01)
+    truth = card(renderer, tmp_path, "map_Kd gone.png\n", colour="#ff0000")
+    red, green, blue = truth["albedo"][18, 32]
+    assert red > 0.5 > 0.01 > max(green, blue)

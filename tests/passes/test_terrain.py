@@ -7,7 +7,7 @@ from greensward.ground import HeightField
 from greensward.ground.rays import highest_heights
 from greensward.scene import SurfaceClass
 from reprojection import world_points
-from small_scenes import NOISE, small_scene
+from small_scenes import NOISE, small_scene, with_pictures
 
 CAMERAS = {
     "level": {"position_m": [0.0, 1.7, 4.0], "target_m": [3.0, 1.5, -9.0]},
@@ -132,3 +132,16 @@ def test_pyramid_holds_maxima(shape):
                 under = heights[row * size : row * size + size + 1, column * size : column * size + size + 1]
                 assert table[start + row * wide + column] == under.max()
     assert len(starts) == max(int(np.ceil(np.log2(max(rows, columns)))) + 1, 1)
+
+
+def test_no_hidden_colour_of_a_terrain_map_rings_what_shows(renderer, tmp_path):
+    land = np.full((8, 8, 4), (255, 255, 255, 0), np.uint8)
+    land[2:6, 2:6] = 60, 40, 20, 255
+    truths = []
+    for hidden in (255, 40):
+        land[land[..., 3] == 0, :3] = hidden
+        ground = {"size_m": [12.0, 12.0], "terrain_map": "land.png"}
+        camera = {"position_m": [0.0, 12.0, 0.01], "target_m": [0.0, 0.0, 0.0]}
+        scene = with_pictures(tmp_path, {"land.png": land}, grass=[], ground=ground, camera=camera)
+        truths.append(renderer(scene).render(aovs=["albedo"]).truth["albedo"])
+    np.testing.assert_allclose(truths[0], truths[1], atol=2e-3)

@@ -124,7 +124,7 @@ def test_every_preset_loads_and_has_a_title(name):
             "phong: ambient, diffuse or specular must be above 0, or all is black (got 0 for each)",
         ),
         ("ground = 1", "ground: must be a table (got 1)"),
-        ("ground = {kind = 'heightmap'}", "ground.file: is missing and has no default"),
+        ("ground = {kind = 'heightmap'}", "ground: file: is missing and has no default"),
         (
             "ground = {octaves = 3}",
             'ground.octaves: belongs to kind "noise" or "endless", but the kind here is "flat"',
@@ -346,7 +346,7 @@ def test_overrides_reach_keys_that_the_file_leaves_out(tmp_path):
         ("seed.x=1", "--set: seed: holds a single value, so it has no key x"),
         ("grass.0.heigth_m=1", "--set: grass[0].heigth_m: unknown key; did you mean height_m?"),
         ("post.exposure_ev=bright", '--set: post.exposure_ev: must be a number (got "bright")'),
-        ("ground.kind=heightmap", "--set: ground.file: is missing and has no default"),
+        ("ground.kind=heightmap", "--set: ground: file: is missing and has no default"),
         ("title=1\nseed = 2", ""),
         ("=1", "--set: must be key=value"),
         ("a..b=1", "--set: must be key=value"),

@@ -137,7 +137,7 @@ def test_ceilings_and_walls_of_a_box(sow):
 def test_turned_and_placed_objects_are_sown_in_their_own_space(sow):
     both = [
         read_blades(sow(_alone(_thing("capsule", **where))))
-        for where in ({}, {"position_m": [9.0, 2.0, 1.0], "yaw_deg": 50.0, "lean_deg": 20.0})
+        for where in ({}, {"position_m": [9.0, 2.0, 1.0], "yaw_deg": 50.0, "pitch_deg": -35.0, "roll_deg": 20.0})
     ]
     assert len(both[0]) > 500
     assert both[0].tobytes() == both[1].tobytes()

@@ -526,3 +526,15 @@ def test_the_blades_of_the_field_stand_where_other_techniques_have_them(renderer
     other = renderer(small_scene())
     other.render()
     assert read_blades(drawn._world.field).tobytes() == read_blades(other._world.field).tobytes()
+
+
+def test_what_the_outline_cuts_away_never_shows(tmp_path):
+    leaf = np.full((40, 12, 4), (110, 190, 60, 255), np.uint8)
+    leaf[:, :3, 3] = leaf[:, 9:, 3] = leaf[:9, :, 3] = 0
+    found = []
+    for hidden in ((0, 0, 0), (255, 255, 255), (110, 190, 60)):
+        picture = np.where(leaf[..., 3:] > 0, leaf, [*hidden, 0]).astype(np.uint8)
+        grass = [{"alpha_texture": "leaf.png", "diffuse_texture": "leaf.png"}]
+        found.append(blade_pictures(with_pictures(tmp_path, {"leaf.png": picture}, grass=grass)))
+    np.testing.assert_array_equal(found[0], found[1])
+    assert np.abs(found[0].astype(int) - found[2]).max() <= 1

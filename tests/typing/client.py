@@ -60,6 +60,8 @@ HILLS = grounds.HeightMapGround(file="hills.tif", height_m=[0, 30], beyond="repe
 PHOTOGRAPH = gs.Scene(
     ground=HILLS.model_copy(update={"texture": "lawn.png"}), colour=colours.GroundColour(neighbours=3)
 )
+HEIGHTS = grounds.HeightMapGround(array=np.zeros((4, 4)), terrain_map=np.zeros((4, 4, 4), np.uint8))
+SOWN = gs.Sowing(density_map=np.ones((4, 4)), vegetation_map=Path("a.png"))
 GROUNDS = (grounds.FlatGround(), HILLS, grounds.EndlessGround(size_m=(64, 64)), grounds.NoGround())
 PAINTED = gs.Scene(ground=GROUNDS[0], wind=(winds.Texture(files=["a.png", Path("b.png")]),))
 PATH = gs.CameraPath(key=[gs.CameraKey(time_s=t, position_m=(0, 2, t), target_m=(0, 0, -9)) for t in (0, 1)])

@@ -10,7 +10,8 @@ from greensward.gpu.kernels import Bindings
 from greensward.gpu.layouts import BlockBuffer, block
 from greensward.ground.height_field import HeightField
 from greensward.ground.soil import generated_soil
-from greensward.io.rasters import decoded, read_rgba
+from greensward.io.masks import read_mask
+from greensward.io.rasters import decoded, read_colours
 from greensward.scene import InputError, Scene
 from greensward.scene.ground import MOST_TILES
 
@@ -56,7 +57,7 @@ class GroundGpu:
         self.bindings: Bindings = {"ground_heights": heights_texture}
         """Heights, maps and block, by their names in shaders."""
         ground, sowing = scene.ground, scene.sowing
-        soil = read_rgba(scene.resolve(ground.texture)) if ground.texture else generated_soil(scene.seed)
+        soil = read_colours(scene.resolve(ground.texture)) if ground.texture else generated_soil(scene.seed)
         none = np.zeros((1, 1, 4), np.uint8)
         full = np.array([[[255, 255, 255, 255]]], np.uint8)
         self.mean_density = 1.0
@@ -66,7 +67,8 @@ class GroundGpu:
             ("density_map", sowing.density_map, full, False),
             ("vegetation_map", sowing.vegetation_map, none, True),
         ):
-            pixels = read_rgba(scene.resolve(file)) if file else default
+            read = read_colours if srgb else read_mask
+            pixels = read(scene.resolve(file)) if file else default
             texture = _texture(device, pixels, srgb)
             # the soil repeats; a map must not leak in from its opposite edge, unless it lies beside itself there
             texture.repeat_x = texture.repeat_y = default is soil or ground.beyond == "repeat"
@@ -77,7 +79,7 @@ class GroundGpu:
         mean = _LIGHT[soil[..., :3]].mean(axis=(0, 1))
         self._block = BlockBuffer(device.ctx, GROUND_BLOCK)
         self._block.set(
-            size_m=ground.size_m,
+            size_m=heights.size_m,
             samples=(columns, rows),
             samples_per_m=(1.0 / heights.cell_m()[0], 1.0 / heights.cell_m()[1]),
             soil_per_m=self._soil_per_m,
@@ -104,7 +106,7 @@ class GroundGpu:
 
     def _tile_array(self, ctx: moderngl.Context, scene: Scene) -> moderngl.TextureArray:
         """Soils of the ground's tiles, as square roots of linear colours, and what the block says of them."""
-        pictures = [read_rgba(scene.resolve(tile.texture))[..., :3] for tile in scene.ground.tile]
+        pictures = [read_colours(scene.resolve(tile.texture))[..., :3] for tile in scene.ground.tile]
         rows, columns = (max(picture.shape[axis] for picture in pictures) for axis in (0, 1))
         layers = (
             np.stack([np.asarray(Image.fromarray(picture).resize((columns, rows))) for picture in pictures]) / 255.0

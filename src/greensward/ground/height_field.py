@@ -3,13 +3,16 @@
 import warnings
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from greensward.ground.noise import octaves
-from greensward.io.rasters import read_heights
-from greensward.scene import EndlessGround, HeightMapGround, NoGround, NoiseGround, Scene
+from greensward.io.elevation import extent_m, read_heights
+from greensward.io.samples import Samples
+from greensward.scene import EndlessGround, HeightMapGround, InputError, NoGround, NoiseGround, Scene
+from greensward.scene.base import MOST_EXTENT_M
 
 Array = npt.NDArray[np.float64]
 _MOST_PROBES = 10
@@ -35,21 +38,19 @@ class HeightField:
     def of(cls, scene: Scene) -> "HeightField":
         """Read or compute the heights of a scene's ground."""
         ground = scene.ground
-        repeats = ground.beyond == "repeat"
+        repeats, size_m = ground.beyond == "repeat", ground_size_m(scene)
         if isinstance(ground, HeightMapGround):
-            heights = read_heights(
-                scene.resolve(ground.file), ground.key, ground.height_m, ground.height_scale, ground.no_data
-            )
+            heights = height_map(ground, scene.resolve(ground.file or ""))
         elif isinstance(ground, EndlessGround) and ground.file:
-            heights = read_heights(scene.resolve(ground.file), None, (0.0, ground.height_m), 1.0, None)
+            heights = seamless_map(ground, scene.resolve(ground.file))
         elif isinstance(ground, NoiseGround | EndlessGround):
-            return cls(_noise(ground, scene.seed), ground.size_m, True, repeats)
+            return cls(_noise(ground, scene.seed), size_m, True, repeats)
         else:
-            return cls(np.zeros((2, 2), np.float32), ground.size_m, not isinstance(ground, NoGround), repeats)
+            return cls(np.zeros((2, 2), np.float32), size_m, not isinstance(ground, NoGround), repeats)
         if repeats:
-            _warn_of_seam(heights)
+            warn_of_seam(heights)
             heights = np.pad(heights, ((0, 1), (0, 1)), mode="wrap")
-        return cls(heights, ground.size_m, True, repeats)
+        return cls(heights, size_m, True, repeats)
 
     @cached_property
     def lowest_m(self) -> float:
@@ -126,13 +127,48 @@ class HeightField:
         return folded
 
 
+def ground_size_m(scene: Scene) -> tuple[float, float]:
+    """Extent of the ground along x and z, which the file of a height map may tell. Raises `InputError`."""
+    ground = scene.ground
+    if isinstance(ground, HeightMapGround):
+        return height_map_size_m(ground, scene.resolve(ground.file or ""))
+    return ground.size_m
+
+
+def height_map_size_m(ground: HeightMapGround, path: Path) -> tuple[float, float]:
+    """Extent of a height map: as the scene says, as its file says, or else 400 × 400 m. Raises `InputError`."""
+    size_m = ground.size_m or (extent_m(path) if ground.file else None) or (400.0, 400.0)
+    if max(size_m) > MOST_EXTENT_M:
+        raise InputError(
+            f"{path}: covers {size_m[0]:,.0f} × {size_m[1]:,.0f} m, and a ground at most {MOST_EXTENT_M:,} m "
+            "a side; cut out a part: gdal_translate -projwin WEST NORTH EAST SOUTH"
+        )
+    return size_m
+
+
+def height_map(ground: HeightMapGround, path: Path) -> npt.NDArray[np.float32]:
+    """Heights of a height map from its array or its file, float32 (rows, columns). Raises `InputError`."""
+    if ground.array:
+        return Samples(ground.array.values).heights(
+            "ground.array", ground.height_m, ground.height_scale, ground.no_data
+        )
+    return read_heights(
+        path, ground.key, ground.height_m, ground.height_scale, ground.no_data, ground.band, ground.byte_order
+    )
+
+
+def seamless_map(ground: EndlessGround, path: Path) -> npt.NDArray[np.float32]:
+    """Heights of an endless ground from its file, float32 (rows, columns). Raises `InputError`."""
+    return read_heights(path, height_m=(0.0, ground.height_m))
+
+
 def _mirror(at: Array, last: int) -> Array:
     """Fold a sample coordinate into 0..last, back and forth."""
     folded: Array = last - np.abs(last - np.mod(at, 2.0 * last))
     return folded
 
 
-def _warn_of_seam(heights: npt.NDArray[np.float32]) -> None:
+def warn_of_seam(heights: npt.NDArray[np.float32]) -> None:
     """Warn where heights jump from one copy of a map to the next by far more than within it."""
     for axis, edges in ((0, "north and south"), (1, "west and east")):
         across = np.abs(np.take(heights, 0, axis) - np.take(heights, -1, axis)).max()

@@ -1,8 +1,5 @@
 """Reading of triangle meshes: glTF, OBJ, PLY and STL, joined, checked and with normals."""
 
-import contextlib
-import logging
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -11,18 +8,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from greensward.io.gltf import read_gltf
+from greensward.io.obj import read_obj
+from greensward.io.parts import MOST_TRIANGLES, Content, Floats, Indices, Material, Part, Singles
+from greensward.io.ply import read_ply
 from greensward.io.rasters import decoding, open_file
+from greensward.io.stl import read_stl
 from greensward.scene.errors import InputError
 
-MOST_TRIANGLES = 20_000_000
 FURTHEST = 1e9
 ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl")
+_MOST_BYTES = 4 * 2**30
 _SHARPEST = np.cos(np.radians(40.0))  # an edge between facets that turn further from the mean normal stays an edge
 _THINNEST = 1e-14  # area of a triangle, relative to the square of the mesh's extent
-
-Floats = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
-Singles = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -39,6 +37,10 @@ class TriMesh:
     """(n, 4), linear, 0 to 1; what the file holds is taken as linear."""
     uv: Singles | None = None
     """(n, 2); v rises from the bottom of a picture to its top."""
+    material: Indices | None = None
+    """(n,), numbers of materials, -1 for none."""
+    materials: tuple[Material, ...] = ()
+    """Materials by number; none unless they were asked for."""
 
     @cached_property
     def areas(self) -> Floats:
@@ -52,83 +54,72 @@ class TriMesh:
         return np.stack([self.positions.min(axis=0), self.positions.max(axis=0)])
 
 
-def read_mesh(path: Path) -> TriMesh:
+def read_mesh(path: Path, painted: bool = False) -> TriMesh:
     """The triangles of a glTF, OBJ, PLY or STL file as it places them, all of its parts joined.
 
     Triangles without area are left out. Normals that the file lacks are smooth, but for sharp edges. Where only
-    some parts have colours, the others are white. Images that the file names are ignored. What was read last is
-    cached until the file changes.
+    some parts have colours, the others are white. With `painted`, materials of glTF and OBJ are read too. Otherwise
+    what was read last is cached until the file changes.
 
-    Raises `InputError` for a file that cannot be read or holds no surface, and where trimesh is not installed.
+    Raises `InputError` for a file that cannot be read or holds no surface.
     """
     try:
         stamp = path.stat()
     except OSError:
-        return _read(path)
-    return _cached(path, stamp.st_mtime_ns, stamp.st_size)
+        return _read(path, painted)
+    return _read(path, painted) if painted else _cached(path, stamp.st_mtime_ns, stamp.st_size)
 
 
 @lru_cache(maxsize=4)
 def _cached(path: Path, _changed_ns: int, _bytes: int) -> TriMesh:
-    return _read(path)
+    return _read(path, False)
 
 
-def _read(path: Path) -> TriMesh:
+def _read(path: Path, painted: bool) -> TriMesh:
+    content = _content(path, painted)
+    parts = [part for part in content.parts if len(part.triangles)]
+    count = sum(len(part.triangles) for part in parts)
+    if not count:
+        raise InputError(f"{path}: holds no triangles")
+    if count > MOST_TRIANGLES:
+        raise InputError(
+            f"{path}: must hold at most {MOST_TRIANGLES // 10**6} million triangles "
+            f"(got {count / 1e6:,.1f} million); simplify it"
+        )
+    joined = _joined([_placed(path, part) for part in parts])
+    return replace(_solid(path, joined), materials=tuple(content.materials))
+
+
+def _content(path: Path, painted: bool) -> Content:
+    """Parts and materials, read as the file's ending says."""
     ending = path.suffix.lower()
     if ending not in ENDINGS:
         got = f"got {path.suffix}" if path.suffix else "it has none"
         raise InputError(f"{path}: a mesh's name must end in one of {', '.join(ENDINGS)} ({got})")
-    try:
-        import trimesh  # type: ignore[import-not-found, unused-ignore]
-    except ImportError:
-        raise InputError(
-            f'{path}: a mesh is read by trimesh, which is not installed: pip install "greensward[mesh]"'
-        ) from None
-    # glTF's texture coordinates come with its materials only
-    options: dict[str, Any] = {"skip_materials": True} if ending == ".obj" else {}
-    with open_file(path) as stream, decoding(path, "a mesh of glTF, OBJ, PLY or STL"), _silence():
-        scene: Any = trimesh.load_scene(
-            stream,
-            file_type=ending[1:],
-            resolver=trimesh.resolvers.FilePathResolver(str(path)),
-            process=False,
-            **options,
-        )
-        placed = [(scene.geometry[name], matrix) for matrix, name in map(scene.graph.get, scene.graph.nodes_geometry)]
-        placed = [(part, matrix) for part, matrix in placed if len(getattr(part, "faces", ()))]
-        count = sum(len(part.faces) for part, _ in placed)
-        if not count:
-            raise InputError(f"{path}: holds no triangles")
-        if count > MOST_TRIANGLES:
-            raise InputError(
-                f"{path}: must hold at most {MOST_TRIANGLES // 10**6} million triangles "
-                f"(got {count / 1e6:,.1f} million); simplify it"
-            )
-        return _solid(path, _joined([_part(path, part, np.asarray(matrix)) for part, matrix in placed]))
-
-
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Silence trimesh, whose log is for its developers."""
-    log = logging.getLogger("trimesh")
-    before, log.disabled = log.disabled, True
-    try:
-        yield
-    finally:
-        log.disabled = before
+    with open_file(path) as stream:
+        if path.stat().st_size > _MOST_BYTES:
+            raise InputError(f"{path}: is larger than {_MOST_BYTES >> 30} GiB; simplify it")
+        data = stream.read()
+    kind = "glTF" if ending in (".glb", ".gltf") else ending[1:].upper()
+    with decoding(path, f"a mesh of {kind}"):
+        match kind:
+            case "glTF":
+                return read_gltf(path, data, painted)
+            case "OBJ":
+                return read_obj(path, data, painted)
+            case "PLY":
+                return read_ply(path, data)
+            case _:
+                return read_stl(data)
 
 
 # Parts ------------------------------------------------------------------------------------------------------
 
 
-def _part(path: Path, part: Any, matrix: Floats) -> TriMesh:
-    """One geometry of the file where its scene places it."""
-    positions, triangles = np.array(part.vertices, np.float64), np.array(part.faces, np.int64)
-    if not np.isfinite(positions).all():
-        raise InputError(f"{path}: holds a vertex that is NaN or infinite")
-    if triangles.min() < 0 or triangles.max() >= len(positions):
-        wrong = int(triangles.min() if triangles.min() < 0 else triangles.max())
-        raise InputError(f"{path}: a triangle names vertex {wrong}, but there are {len(positions)}, counted from 0")
+def _placed(path: Path, part: Part) -> TriMesh:
+    """One part of the file where its matrix places it."""
+    positions, triangles, matrix = part.positions, part.triangles, part.matrix
+    _check_corners(path, part)
     positions = positions @ matrix[:3, :3].T + matrix[:3, 3]
     if not np.abs(positions).max() <= FURTHEST:
         raise InputError(
@@ -136,40 +127,29 @@ def _part(path: Path, part: Any, matrix: Floats) -> TriMesh:
         )
     if np.linalg.det(matrix[:3, :3]) < 0.0:
         triangles = triangles[:, ::-1]
-    # asked of its cache, because what trimesh would compute instead takes a loop per triangle
-    known = part._cache["vertex_normals"]
-    mesh = TriMesh(positions, triangles, np.zeros_like(positions), _colours(part), _uv(part))
-    if known is not None:
-        normals = np.asarray(known, np.float64) @ np.linalg.pinv(matrix[:3, :3])
+    mesh = TriMesh(positions, triangles, np.zeros_like(positions), part.colours, _finite(part.uv), part.material)
+    if part.normals is not None:
+        normals = part.normals @ np.linalg.pinv(matrix[:3, :3])
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         if np.isfinite(length).all() and (length > 1e-6).all():
             return replace(mesh, normals=normals / length)
     return _with_normals(mesh)
 
 
-def _colours(part: Any) -> Singles | None:
-    """The colours at the vertices, float32 (n, 4) in 0..1, wherever trimesh stores them."""
-    if part.visual.kind == "vertex":
-        found = part.visual.vertex_colors
-    else:
-        stored = (getattr(part.visual, "vertex_attributes", {}), part.vertex_attributes)
-        found = next((each["color"] for each in stored if "color" in each), None)
-    values = np.asarray(found)
-    if found is None or values.ndim != 2 or len(values) != len(part.vertices) or values.shape[1] not in (3, 4):
-        return None
-    colours = np.ones((len(values), 4), np.float32)
-    full = np.iinfo(values.dtype).max if values.dtype.kind in "iu" else 1.0
-    colours[:, : values.shape[1]] = np.clip(np.nan_to_num(values / full), 0.0, 1.0)
-    return colours
+def _check_corners(path: Path, part: Part) -> None:
+    """Raise `InputError` where triangles name corners that are not there, or corners are no places."""
+    lowest, highest = int(part.triangles.min()), int(part.triangles.max())
+    if lowest < 0 or highest >= len(part.positions):
+        wrong = lowest if lowest < 0 else highest
+        raise InputError(
+            f"{path}: a triangle names vertex {wrong}, but there are {len(part.positions)}, counted from 0"
+        )
+    if not np.isfinite(part.positions).all():
+        raise InputError(f"{path}: holds a vertex that is NaN or infinite")
 
 
-def _uv(part: Any) -> Singles | None:
-    """The texture coordinates at the vertices, float32 (n, 2)."""
-    found = getattr(part.visual, "uv", None)
-    if found is None or np.shape(found) != (len(part.vertices), 2):
-        return None
-    with np.errstate(over="ignore"):
-        return np.nan_to_num(np.asarray(found).astype(np.float32), posinf=0.0, neginf=0.0)
+def _finite(uv: Singles | None) -> Singles | None:
+    return None if uv is None else np.nan_to_num(uv, posinf=0.0, neginf=0.0)
 
 
 def _with_normals(mesh: TriMesh) -> TriMesh:
@@ -199,6 +179,7 @@ def _with_normals(mesh: TriMesh) -> TriMesh:
         np.concatenate([normals, edges]),
         None if mesh.colours is None else np.concatenate([mesh.colours, mesh.colours[split]]),
         None if mesh.uv is None else np.concatenate([mesh.uv, mesh.uv[split]]),
+        None if mesh.material is None else np.concatenate([mesh.material, mesh.material[split]]),
     )
 
 
@@ -218,13 +199,13 @@ def _joined(parts: list[TriMesh]) -> TriMesh:
     counts = [len(part.positions) for part in parts]
     first = np.cumsum([0, *counts[:-1]])
 
-    def zeros(name: str, width: int, fill: float) -> Singles | None:
+    def filled(name: str, fill: npt.NDArray[Any]) -> Any:
         found = [getattr(part, name) for part in parts]
         if all(each is None for each in found):
             return None
         return np.concatenate(
             [
-                np.full((count, width), fill, np.float32) if each is None else each
+                np.repeat(fill[None], count, axis=0) if each is None else each
                 for each, count in zip(found, counts, strict=True)
             ]
         )
@@ -233,8 +214,9 @@ def _joined(parts: list[TriMesh]) -> TriMesh:
         np.concatenate([part.positions for part in parts]),
         np.concatenate([part.triangles + start for part, start in zip(parts, first, strict=True)]),
         np.concatenate([part.normals for part in parts]),
-        zeros("colours", 4, 1.0),
-        zeros("uv", 2, 0.0),
+        filled("colours", np.ones(4, np.float32)),
+        filled("uv", np.zeros(2, np.float32)),
+        filled("material", np.array(-1)),
     )
 
 
@@ -253,6 +235,7 @@ def _solid(path: Path, mesh: TriMesh) -> TriMesh:
         mesh.normals[used],
         None if mesh.colours is None else mesh.colours[used],
         None if mesh.uv is None else mesh.uv[used],
+        None if mesh.material is None else mesh.material[used],
     )
 
 

@@ -63,7 +63,7 @@ def _solid(shape: Object) -> _Surface:
 
 @lru_cache(maxsize=256)
 def _shared(shape: Object) -> _Surface:
-    return _surface(mesh_of(shape, Path, _SIDES))
+    return _surface(mesh_of(shape, Path, sides=_SIDES))
 
 
 def _mesh(shape: Mesh, resolve: Callable[[str], Path]) -> _Surface:

@@ -39,7 +39,7 @@ def _boxes(fence: Fence, heights: HeightField, seed: int, index: int) -> list[Bo
     yaws = np.degrees(np.arctan2(-ways[:, 1], ways[:, 0])) + varied(len(at), _YAW_DEG)
     boxes = [
         Box(
-            position_m=(x, -_SUNK_M, z), size_m=size, yaw_deg=yaw, lean_deg=lean,
+            position_m=(x, -_SUNK_M, z), size_m=size, yaw_deg=yaw, roll_deg=lean,
             colour=_shaded(fence.colour, shade), **same,
         )
         for (x, z), size, yaw, lean, shade in zip(
@@ -61,7 +61,7 @@ def _boxes(fence: Fence, heights: HeightField, seed: int, index: int) -> list[Bo
                     position_m=(a[0], tops[k], a[1]),
                     size_m=(fence.rail_m[0], length_m + 0.5 * fence.post_m[0], fence.rail_m[1]),
                     yaw_deg=math.degrees(math.atan2(-way[2], way[0])),
-                    lean_deg=math.degrees(math.acos(way[1] / length_m)),
+                    roll_deg=math.degrees(math.acos(way[1] / length_m)),
                     colour=_shaded(fence.colour, shades[k]),
                     **same,
                 )

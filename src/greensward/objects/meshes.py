@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -15,11 +16,11 @@ Shape = Box | Sphere | Cylinder | Capsule | Mesh
 _SIDES, _RINGS = 96, 48  # fine enough that no silhouette shows its corners
 
 
-def mesh_of(shape: Shape, resolve: Callable[[str], Path], sides: int = _SIDES) -> TriMesh:
+def mesh_of(shape: Shape, resolve: Callable[[str], Path], *, sides: int = _SIDES, painted: bool = False) -> TriMesh:
     """The surface of an object before it is turned and placed; the centre of its base is the origin.
 
-    `resolve` finds the files that the scene names; what is round has so many `sides`. Raises `InputError` for a mesh
-    that cannot be read.
+    `resolve` finds the files that the scene names; what is round has so many `sides`; with `painted` meshes tell
+    their materials too. Raises `InputError` for a mesh that cannot be read.
     """
     match shape:
         case Box():
@@ -31,10 +32,18 @@ def mesh_of(shape: Shape, resolve: Callable[[str], Path], sides: int = _SIDES) -
         case Capsule():
             return _revolved(_ball(shape.radius_m, shape.length_m), np.ones(3), sides)
         case Mesh():
-            mesh = read_mesh(resolve(shape.file))
+            mesh = _upright(read_mesh(resolve(shape.file), painted), shape.up)
             low, high = mesh.bounds
             base = np.array([0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])])
             return replace(mesh, positions=(mesh.positions - base) * shape.scale)
+
+
+def _upright(mesh: TriMesh, up: Literal["y", "z"]) -> TriMesh:
+    """The mesh with the axis of its file that is up as y."""
+    if up == "y":
+        return mesh
+    positions, normals = (each[:, [0, 2, 1]] * [1.0, 1.0, -1.0] for each in (mesh.positions, mesh.normals))
+    return replace(mesh, positions=positions, normals=normals)
 
 
 def _box(size_m: Floats) -> TriMesh:

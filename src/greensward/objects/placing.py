@@ -17,19 +17,17 @@ Script = Callable[[float], npt.ArrayLike]
 _STEPS = 32  # per key, in which the rolling of a ball is added up
 
 
-def turn(yaw_deg: float, lean_deg: float) -> Floats:
-    """Rotation (3, 3): lean from the vertical towards local x, then turn about the vertical."""
-    yaw, lean = math.radians(yaw_deg), math.radians(-lean_deg)
-    about_y = np.array([[math.cos(yaw), 0, math.sin(yaw)], [0, 1, 0], [-math.sin(yaw), 0, math.cos(yaw)]])
-    about_z = np.array([[math.cos(lean), -math.sin(lean), 0], [math.sin(lean), math.cos(lean), 0], [0, 0, 1]])
-    result: Floats = about_y @ about_z
-    return result
-
-
 def about(axis: Floats, angle: float) -> Floats:
     """Rotation (3, 3) by an angle about a unit axis (Rodrigues)."""
     k = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     result: Floats = np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * (k @ k)
+    return result
+
+
+def tilt(pitch_deg: float, roll_deg: float) -> Floats:
+    """Rotation (3, 3): about own z, which leans towards own x, then about own x, which lifts own -z."""
+    pitch, roll = about(np.array([1.0, 0.0, 0.0]), math.radians(pitch_deg)), math.radians(-roll_deg)
+    result: Floats = pitch @ about(np.array([0.0, 0.0, 1.0]), roll)
     return result
 
 
@@ -188,7 +186,7 @@ class Placing:
         }
         self._on_path = [i for i, each in enumerate(objects) if each.path and i not in self._scripts]
         self.moving = [i in self._scripts or each.path is not None for i, each in enumerate(objects)]
-        self._lean = np.array([turn(0.0, each.lean_deg) for each in objects]).reshape(-1, 3, 3)
+        self._tilt = np.array([tilt(each.pitch_deg, each.roll_deg) for each in objects]).reshape(-1, 3, 3)
         self._yaw = np.radians([each.yaw_deg for each in objects])
         paths = [path for i in self._on_path if (path := objects[i].path)]
         self._tracks = Tracks(paths)
@@ -200,7 +198,7 @@ class Placing:
         ]
         self._still = np.tile(np.eye(4), (len(objects), 1, 1))
         self._stand(slice(None), np.array([each.position_m for each in objects]).reshape(-1, 3), self._still)
-        self._still[:, :3, :3] = about_y(self._yaw) @ self._lean
+        self._still[:, :3, :3] = about_y(self._yaw) @ self._tilt
 
     def _stand(self, at: slice | list[int], positions: Floats, matrices: Floats) -> None:
         """Put objects at positions whose y counts from the ground."""
@@ -213,7 +211,7 @@ class Placing:
         if self._on_path:
             on_path = self._tracks.within(time_s)
             keys = self._tracks.at(on_path)
-            turns = about_y(self._yaw[self._on_path] + np.radians(keys[:, 3])) @ self._lean[self._on_path]
+            turns = about_y(self._yaw[self._on_path] + np.radians(keys[:, 3])) @ self._tilt[self._on_path]
             for k, rolling in self._rolling:
                 turns[k] = rolling.at(float(on_path[k]), keys[k, [0, 2]]) @ turns[k]
             placed[self._on_path, :3, :3] = turns

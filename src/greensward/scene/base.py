@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Generic, Protocol, Self, TypeAlias, TypeVar, get_args, overload
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeAlias, TypeVar, get_args, overload
 
 from pydantic import (
     AfterValidator,
@@ -11,16 +11,23 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    PlainSerializer,
     Strict,
     ValidationError,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
     model_validator,
 )
 from pydantic.fields import FieldInfo
 
 from greensward.scene.errors import SceneError
 from greensward.scene.problems import sentences
+from greensward.scene.raster import Array, Raster, picture_in
 
 _NAMES_A_FILE = "names a file"
+_IN_PYTHON = "given in Python alone"
+_OR_ARRAY = "takes an array"
 
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
@@ -52,6 +59,14 @@ def _not_one_table(values: Any) -> Any:
     return values
 
 
+def _or_picture(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+    return picture_in(value) or handler(value)
+
+
+def _as_it_is(value: Any) -> Any:
+    return value
+
+
 _T = TypeVar("_T")
 _Given = TypeVar("_Given", contravariant=True)
 _Held = TypeVar("_Held", covariant=True)
@@ -62,15 +77,10 @@ Text = Annotated[str, Strict()]
 Colour = Annotated[str, Strict(), AfterValidator(_hex_colour)]
 _Coordinate = Annotated[float, Strict(), Field(ge=-1_000_000, le=1_000_000)]
 _Turn = Annotated[float, Strict(), Field(ge=-360, le=360)]
-_Extent = Annotated[float, Strict(), Field(gt=0, le=100_000)]
+MOST_EXTENT_M = 200_000
+_Extent = Annotated[float, Strict(), Field(gt=0, le=MOST_EXTENT_M)]
 
 if TYPE_CHECKING:
-
-    class Array(Protocol):
-        """NumPy's array, which a scene knows by what it can do."""
-
-        def tolist(self) -> Any:
-            """Return lists of numbers."""
 
     class Converted(Generic[_Given, _Held]):
         """Field whose constructor takes more types than the model holds, as type checkers see it."""
@@ -98,6 +108,8 @@ if TYPE_CHECKING:
     FileName: TypeAlias = Converted[str | Path, str]
     OptionalFileName: TypeAlias = Converted[str | Path | None, str | None]
     FileNames: TypeAlias = Converted[Sequence[str | Path], tuple[str, ...]]
+    OptionalMap: TypeAlias = Converted[str | Path | Raster | Array | None, str | Raster | None]
+    OptionalArray: TypeAlias = Converted[Raster | Array | None, Raster | None]
 else:
     Pair = tuple[_T, _T]
     Range = Annotated[Pair[_T], AfterValidator(_ordered)]
@@ -115,10 +127,14 @@ else:
     FileName = Annotated[str, Strict(), Field(min_length=1), BeforeValidator(_as_text), _NAMES_A_FILE]
     OptionalFileName = FileName | None
     FileNames = Many[FileName]
+    OptionalMap = Annotated[FileName, WrapValidator(_or_picture), PlainSerializer(_as_it_is), _OR_ARRAY] | None
+    """Name of a picture, or in Python an array with its pixels."""
+    OptionalArray = Annotated[Raster, _IN_PYTHON, WithJsonSchema({"type": "array"})] | None
 
 GroundPoint: TypeAlias = Pair[_Coordinate]
 """Point on the ground: x and z."""
 Size: TypeAlias = Pair[_Extent]
+OptionalSize: TypeAlias = OptionalPair[_Extent]
 
 
 def default(value: Any) -> Any:
@@ -170,7 +186,8 @@ class Model(BaseModel):
     def _holds_no_arrays(cls, values: Any) -> Any:
         if not isinstance(values, dict):
             return values
-        return {key: _without_arrays(value) for key, value in values.items()}
+        kept = {key for key, field in cls.model_fields.items() if takes_an_array(field)}
+        return {key: value if key in kept else _without_arrays(value) for key, value in values.items()}
 
 
 def _told(error: ValidationError, model: type[BaseModel]) -> SceneError:
@@ -204,6 +221,18 @@ def linear(colour: str) -> tuple[float, float, float]:
 
 def names_a_file(field: FieldInfo) -> bool:
     """Return whether the field holds the name of a file, which is relative to the scene's folder."""
-    return _NAMES_A_FILE in field.metadata or any(
-        _NAMES_A_FILE in get_args(part) for part in get_args(field.annotation)
-    )
+    return _is_marked(field, _NAMES_A_FILE)
+
+
+def is_for_python(field: FieldInfo) -> bool:
+    """Return whether the field can only be given in Python, and not in TOML."""
+    return _is_marked(field, _IN_PYTHON)
+
+
+def takes_an_array(field: FieldInfo) -> bool:
+    """Return whether the field may hold an array, which Python gives."""
+    return is_for_python(field) or _is_marked(field, _OR_ARRAY)
+
+
+def _is_marked(field: FieldInfo, mark: str) -> bool:
+    return mark in field.metadata or any(mark in get_args(part) for part in get_args(field.annotation))

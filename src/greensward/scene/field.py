@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
-from greensward.scene.base import Count, Flag, GroundPoints, Model, Number, OptionalFileName, Text, default
+from greensward.scene.base import Count, Flag, GroundPoints, Model, Number, OptionalMap, Text, default
 
 MOST_KEYS = 8
 MOST_CASCADES = 4
@@ -16,9 +16,9 @@ class Sowing(Model):
 
     density_per_m2: Number = Field(default=600.0, ge=0, le=100_000)
     """Blades per square metre before maps, slope and distance thin them."""
-    density_map: OptionalFileName = default(None)
+    density_map: OptionalMap = default(None)
     """Image over the whole ground: red is density, green the low-detail subset, blue the height."""
-    vegetation_map: OptionalFileName = default(None)
+    vegetation_map: OptionalMap = default(None)
     """Image over the whole ground that colours the grass; its alpha is the strength."""
     max_slope_deg: Number = Field(default=60.0, ge=0, le=90)
     """No blade grows where the ground is steeper."""

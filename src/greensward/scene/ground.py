@@ -1,8 +1,8 @@
 """Kinds of ground."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from greensward.scene.base import (
     Area,
@@ -11,8 +11,11 @@ from greensward.scene.base import (
     Many,
     Model,
     Number,
+    OptionalArray,
     OptionalFileName,
+    OptionalMap,
     OptionalPair,
+    OptionalSize,
     Size,
     Text,
     default,
@@ -31,11 +34,9 @@ class GroundTile(Area):
 
 
 class Surface(Model):
-    """Base of all kinds of ground: its extent, centred on the origin, and its soil."""
+    """Base of all kinds of ground: its soil and what lies past its edge."""
 
-    size_m: Size = default((400.0, 400.0))
-    """Extent along x (east) and z (south), centred on the origin. Maps cover exactly this."""
-    texture: OptionalFileName = default(None)
+    texture: OptionalMap = default(None)
     """Image of bare soil, repeated without visible tiling. Without one, a generated soil is used."""
     texture_m: Number = Field(default=2.0, gt=0, le=1000)
     """Width on the ground of one copy of the texture."""
@@ -44,34 +45,57 @@ class Surface(Model):
     beyond: Literal["mirror", "bare", "repeat"] = "mirror"
     """Land past the edge: `mirror` continues with land and grass, mirrored; `repeat` with copies side by side, for
     which a height map should have no seam; `bare` with land alone."""
-    terrain_map: OptionalFileName = default(None)
+    terrain_map: OptionalMap = default(None)
     """Image over the whole ground; its alpha is how far it covers the soil."""
 
 
-class FlatGround(Surface):
+class _Sized(Surface):
+    """Base of the grounds that know their extent."""
+
+    size_m: Size = default((400.0, 400.0))
+    """Extent along x (east) and z (south), centred on the origin. Maps cover exactly this."""
+
+
+class FlatGround(_Sized):
     """A plane at height zero."""
 
     kind: Literal["flat"] = "flat"
 
 
 class HeightMapGround(Surface):
-    """Elevations read from an image or an array; row 0 is the north edge (smallest z)."""
+    """Elevations read from a file, or in Python from an `array`; row 0 is the north edge (smallest z)."""
 
     kind: Literal["heightmap"] = "heightmap"
-    file: FileName
-    """PNG (8 or 16 bit), TIFF, `.npy` or `.npz`."""
+    file: OptionalFileName = default(None)
+    """PNG (8 or 16 bit), TIFF, `.npy`, `.npz`, `.hgt` or RAW; with the extra `geo` also GeoTIFF, `.asc` and more."""
+    array: OptionalArray = default(None)
+    """Heights in metres, two-dimensional, in place of a file."""
+    size_m: OptionalSize = default(None)
+    """Extent along x (east) and z (south), centred on the origin. Maps cover exactly this. Without it, a file with a
+    geographic reference has its own, and any other 400 × 400 m."""
     key: Text | None = None
     """Name of the array in an `.npz` file. Needed only if it holds several."""
+    band: Annotated[Count, Field(ge=1)] | None = None
+    """Band of a GeoTIFF that holds the heights, counted from 1. Needed only if it has several."""
+    byte_order: Literal["little", "big"] | None = None
+    """Order of the bytes in a RAW file, which does not tell it."""
     height_m: OptionalPair[Number] = default(None)
-    """Heights of black and white in an image, or of the lowest and highest value of an array. Without it, an image
-    spans 0 to 10 m, and an array or a floating-point image is in metres."""
+    """Heights of black and white in an image, or of the lowest and highest value of an array or GeoTIFF. Without it,
+    an image spans 0 to 10 m, and the others are in metres."""
     height_scale: Number = Field(default=1.0, ge=-1000, le=1000)
     """Factor on all heights."""
     no_data: Number | None = None
     """Value that means *not measured*; NaN always does. Such holes are filled from their surroundings."""
 
+    @model_validator(mode="after")
+    def _has_heights(self) -> Self:
+        if (self.file is None) == (self.array is None):
+            both = "must not stand beside array" if self.file else "is missing and has no default"
+            raise ValueError(f"file: {both}")
+        return self
 
-class _Noise(Surface):
+
+class _Noise(_Sized):
     """Base of the grounds from octaves of simplex noise."""
 
     height_m: Number = Field(default=12.0, ge=0, le=5000)
@@ -108,7 +132,7 @@ class EndlessGround(_Noise):
     """Land past `size_m` is the same again."""
 
 
-class NoGround(Surface):
+class NoGround(_Sized):
     """No ground: sky above and below, grass on objects only."""
 
     kind: Literal["none"] = "none"

@@ -12,7 +12,7 @@ from greensward.scene.base import (
     Many,
     Model,
     Number,
-    OptionalFileName,
+    OptionalMap,
     Point,
     Points,
     Text,
@@ -23,6 +23,10 @@ from greensward.scene.base import (
 _Extent = Annotated[Number, Field(gt=0, le=10_000)]
 _Angle = Annotated[Number, Field(ge=-360_000, le=360_000)]
 _Time = Annotated[Number, Field(ge=0, le=1e6)]
+
+
+PLAIN_COLOUR = "#8a8378"
+"""Colour of objects that have none of their own."""
 
 
 class Path(Model):
@@ -60,7 +64,7 @@ class Fur(Model):
     """Blades on a square metre of surface."""
     density_from: Literal["everywhere", "colours"] = "everywhere"
     """`colours` takes the red of the mesh's vertex colours as its density."""
-    density_map: OptionalFileName = default(None)
+    density_map: OptionalMap = default(None)
     """Image laid out by the mesh's texture coordinates; its red is density."""
 
 
@@ -72,11 +76,13 @@ class _Object(Model):
     position_m: Point
     """Centre of its base; y is above the ground."""
     yaw_deg: Number = Field(default=0.0, ge=-360, le=360)
-    """Turn about the vertical."""
-    lean_deg: Number = Field(default=0.0, ge=-180, le=180)
-    """Lean from the vertical, towards its own x."""
-    colour: Colour = "#8a8378"
-    """sRGB of its surface."""
+    """Turn about the vertical, counter-clockwise from above."""
+    pitch_deg: Number = Field(default=0.0, ge=-180, le=180)
+    """Turn about its own x: its front, own -z, rises. It comes before `yaw_deg`."""
+    roll_deg: Number = Field(default=0.0, ge=-180, le=180)
+    """Turn about its own z: it leans towards its own x. It comes before `pitch_deg`."""
+    colour: Colour | None = None
+    """sRGB of its surface. Without it, a mesh has the colours of its file, and what has none is `#8a8378`."""
     roughness: Number = Field(default=0.9, ge=0.05, le=1)
     """Gloss: low is shiny."""
     drawn: Flag = True
@@ -139,11 +145,13 @@ class Capsule(_Object):
 
 
 class Mesh(_Object):
-    """A triangle mesh from a file. Needs the extra `mesh`: `pip install greensward[mesh]`."""
+    """A triangle mesh from a file."""
 
     kind: Literal["mesh"] = "mesh"
     file: FileName
-    """glTF (`.glb`, `.gltf`), `.obj`, `.ply` or `.stl`; y is up. Its base is the lowest point."""
+    """glTF (`.glb`, `.gltf`), `.obj`, `.ply` or `.stl`. Its base is the lowest point."""
+    up: Literal["y", "z"] = "y"
+    """Axis of the file that points up: y of glTF, often z of CAD and of scanned meshes."""
     scale: Number = Field(default=1.0, gt=0, le=1_000_000)
     """Metres for one unit of the file."""
 

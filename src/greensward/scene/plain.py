@@ -5,7 +5,9 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from greensward.scene.errors import InputError
 from greensward.scene.grass import Grass, species_table
+from greensward.scene.raster import Raster
 
 _ALWAYS = ("kind", "species", "name")
 
@@ -27,6 +29,11 @@ def plain(value: Any) -> Any:
     if isinstance(value, BaseModel):
         keys = held(value)
         known = defaults_of(type(value), keys)
+        if array := next((key for key, item in keys.items() if isinstance(item, Raster)), None):
+            raise InputError(
+                f"{array}: is an array, which TOML cannot hold; save it as a picture or by numpy.save, "
+                "and name its file"
+            )
         said = {
             key: plain(item)
             for key, item in keys.items()

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from greensward.scene.base import names_a_file
+from greensward.scene.base import is_for_python, names_a_file, takes_an_array
 from greensward.scene.grass import Grass, species_table
 from greensward.scene.kinds import kind_of, models_in
 from greensward.scene.scene import DEFAULT_KINDS, Scene
@@ -105,8 +105,10 @@ def _table(model: type[BaseModel]) -> str:
             continue
         cells = [
             f"`{name}`",
-            _files(field.annotation)
+            _files(field)
             if names_a_file(field)
+            else "array, in Python alone"
+            if is_for_python(field)
             else "colour"
             if "colour" in name
             else _type(field.annotation),
@@ -145,8 +147,9 @@ def _type(annotation: Any) -> str:
     return _WORDS.get(annotation) or " or ".join(_type(part) for part in parts)
 
 
-def _files(annotation: Any) -> str:
-    return "list of files" if get_origin(annotation) is tuple else "file"
+def _files(field: FieldInfo) -> str:
+    kind = "list of files" if get_origin(field.annotation) is tuple else "file"
+    return f"{kind}, or array in Python" if takes_an_array(field) else kind
 
 
 def _shown(value: Any) -> str:

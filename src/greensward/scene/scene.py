@@ -1,7 +1,7 @@
 """The scene: everything that is drawn, frozen and typed, without GPU code."""
 
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, overload
 
 from pydantic import Field, PrivateAttr, model_validator
 
@@ -16,6 +16,7 @@ from greensward.scene.grass import MOST_SPECIES, Grass
 from greensward.scene.ground import FlatGround, Ground
 from greensward.scene.light import Camera, Phong, Post, Sky, Sun
 from greensward.scene.objects import Object
+from greensward.scene.raster import Raster
 from greensward.scene.water import Water
 from greensward.scene.wind import MOST_WINDS, Gusts, Mass, Simulation, Wake, Wind
 
@@ -111,9 +112,15 @@ class Scene(Model):
         """Folder that the files it names are relative to."""
         return self._folder
 
-    def resolve(self, file: str | Path) -> Path:
-        """The path of a file that the scene names, relative to the scene file's folder."""
-        return self._folder / Path(file).expanduser()
+    @overload
+    def resolve(self, file: str | Path) -> Path: ...
+    @overload
+    def resolve(self, file: Raster) -> Raster: ...
+    @overload
+    def resolve(self, file: str | Raster) -> Path | Raster: ...
+    def resolve(self, file: str | Path | Raster) -> Path | Raster:
+        """The path of a file that the scene names, relative to the scene file's folder; an array as it is."""
+        return file if isinstance(file, Raster) else self._folder / Path(file).expanduser()
 
     def in_folder(self, folder: str | Path) -> "Scene":
         """The same scene with its files looked for in `folder`."""

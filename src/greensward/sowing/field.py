@@ -335,7 +335,7 @@ class Field:
                 *(np.arange((at - reach) // size, (at + reach) // size + 1.0) for at in (middle_x, middle_z))
             )
         )
-        half = 0.5 * np.array(scene.ground.size_m) if scene.ground.beyond == "bare" else None
+        half = 0.5 * np.array(self._ground.heights.size_m) if scene.ground.beyond == "bare" else None
         found: list[tuple[Floats, Floats, Floats]] = []
         sizes = []
         while True:

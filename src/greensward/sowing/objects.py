@@ -8,8 +8,8 @@ import numpy.typing as npt
 from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device
 from greensward.gpu.layouts import struct
+from greensward.io.masks import read_mask
 from greensward.io.meshes import TriMesh
-from greensward.io.rasters import read_rgba
 from greensward.objects.meshes import mesh_of
 from greensward.scene import Fur, InputError, Scene
 from greensward.sowing.pages import Floats, Indices, Page, page_numbers
@@ -75,7 +75,7 @@ def _grassy(scene: Scene, number: int, mesh: TriMesh, fur: Fur) -> GrassyObject:
     if fur.density_map:
         if mesh.uv is None:
             raise InputError(f"{place}.density_map: the mesh has no texture coordinates to lay the picture out by")
-        picture = read_rgba(scene.resolve(fur.density_map))
+        picture = read_mask(scene.resolve(fur.density_map), with_heights=False)
     if mesh.uv is not None:
         corners[:, 7:] = mesh.uv
     return GrassyObject(number, corners, mesh.triangles, fur.density_per_m2, picture)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
+from greensward.ground import ground_size_m
 from greensward.io.rasters import read_rgba
 from greensward.scene import Scene, Tracks
 
@@ -38,12 +39,12 @@ def initial_brush(scene: Scene) -> Brush:
 
 
 def _texel_m(scene: Scene) -> float:
-    return max(_FINEST_M, max(scene.ground.size_m) / _MOST_TEXELS)
+    return max(_FINEST_M, max(ground_size_m(scene)) / _MOST_TEXELS)
 
 
 def paintable_map(scene: Scene) -> npt.NDArray[np.uint8]:
     """Return the density map of a scene at paintable resolution, (rows, columns, 3); white if it has none."""
-    size_x, size_z = scene.ground.size_m
+    size_x, size_z = ground_size_m(scene)
     texel_m = _texel_m(scene)
     columns, rows = (min(max(round(side / texel_m), _FEWEST_TEXELS), _MOST_TEXELS) for side in (size_x, size_z))
     file = scene.sowing.density_map

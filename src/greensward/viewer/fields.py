@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import PydanticUndefined
 
 from greensward.scene import Grass, Scene, SceneError
-from greensward.scene.base import names_a_file
+from greensward.scene.base import is_for_python, names_a_file
 from greensward.scene.grass import species_table
 from greensward.scene.kinds import kind_of, models_in
 from greensward.scene.problems import sentences
@@ -66,11 +66,12 @@ def label_of(name: str) -> str:
 @cache
 def fields_of(model: type[BaseModel]) -> tuple[FieldSpec, ...]:
     """Return the keys of a model in its order, without those that can have one value only, such as `kind`."""
-    kinds = {name: field.annotation for name, field in model.model_fields.items()}
+    kinds = {name: field.annotation for name, field in model.model_fields.items() if not is_for_python(field)}
     found = [
         _field(model, name)
         for name, kind in kinds.items()
         if not (get_origin(kind) is Literal and len(get_args(kind)) == 1)
+        and not is_for_python(model.model_fields[name])
     ]
     labels = [spec.label for spec in found]
     # `texture` and `texture_m` are different keys
@@ -248,7 +249,11 @@ def new_table(model: type[BaseModel], near_m: tuple[float, float, float]) -> Bas
 
 def can_be_made(model: type[BaseModel]) -> bool:
     """Return True if a new table of this model requires no file, which a panel cannot invent."""
-    return not any(info.is_required() and names_a_file(info) for info in model.model_fields.values())
+    try:
+        new_table(model, (0.0, 0.0, 0.0))
+    except ValidationError:
+        return False
+    return True
 
 
 def all_keys(scene: BaseModel, path: KeyPath = ()) -> Iterator[tuple[KeyPath, FieldSpec]]:

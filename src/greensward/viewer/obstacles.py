@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.ground import HeightField
-from greensward.io.meshes import read_mesh
 from greensward.objects.fences import all_objects
+from greensward.objects.meshes import mesh_of
 from greensward.objects.placing import Placing
 from greensward.scene import Box, Capsule, GreenswardError, Mesh, Scene
 from greensward.scene.objects import Object
@@ -89,13 +89,10 @@ def _box(item: Object, resolve: Callable[[str], Path]) -> tuple[Floats, Floats]:
             half = np.array([item.radius_m, 0.5 * item.length_m, item.radius_m])
         case Mesh():
             try:
-                bounds = read_mesh(resolve(item.file)).bounds * item.scale
-            except (GreenswardError, ImportError):
+                low, high = mesh_of(item, resolve).bounds
+            except GreenswardError:
                 return np.zeros(3), np.zeros(3)  # the renderer reports it
-            low, high = np.asarray(bounds, np.float64)
-            return 0.5 * (high - low), np.array(
-                [0.5 * (low[0] + high[0]), 0.5 * (high[1] - low[1]), 0.5 * (low[2] + high[2])]
-            )
+            half = 0.5 * (high - low)
         case _:
             half = 0.5 * np.array(item.size_m)
     return half, np.array([0.0, half[1], 0.0])

@@ -265,7 +265,7 @@ class Session:
             return
         try:
             density_map = paintable_map(self.scene)
-            if not paint(density_map, self.scene.ground.size_m, self.stroke, tool, self.brush):
+            if not paint(density_map, self.heights.size_m, self.stroke, tool, self.brush):
                 full = "The density here is `sowing.density_per_m2`, its maximum; raise that in the panel."
                 self.notify(full if tool == "sow" else "The stroke changes nothing.")
                 return

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw
 
-from greensward.io.rasters import decoded, encoded, read_rgba
+from greensward.io.rasters import decoded, encoded, read_rgba, spread
 from greensward.scene import Flowers, InputError, Scene
 from greensward.scene.base import linear
 
@@ -44,19 +44,15 @@ def _picture(scene: Scene, flowers: Flowers) -> npt.NDArray[np.uint8]:
 
 
 def _coded(picture: npt.NDArray[np.uint8], columns: int, rows: int) -> npt.NDArray[np.uint8]:
-    """Square root of linear colours, scaled with what is transparent left out."""
-    alpha = picture[..., 3:] / 255.0
-    light = decoded(picture[..., :3] / 255.0) * alpha
+    """Square root of linear colours and alpha, scaled with what is transparent left out."""
+    shown = spread(picture) / 255.0
+    light = np.dstack([decoded(shown[..., :3]), shown[..., 3:]]).astype(np.float32)
     parts = [
-        np.asarray(Image.fromarray(part.astype(np.float32)).resize((columns, rows), Image.Resampling.BILINEAR))
-        for part in (*np.moveaxis(light, -1, 0), alpha[..., 0])
+        np.asarray(Image.fromarray(light[..., k]).resize((columns, rows), Image.Resampling.BILINEAR))
+        for k in range(4)
     ]
-    thick = np.maximum(parts[3], 1e-4)
-    mean = light.sum((0, 1)) / max(float(alpha.sum()), 1e-9)
-    # what is transparent takes the mean colour, or coarser levels would darken at the edges
-    colours = [np.where(parts[3] > 0.02, part / thick, mean[k]) for k, part in enumerate(parts[:3])]
-    coded = np.stack([np.sqrt(np.clip(colour, 0.0, 1.0)) for colour in colours] + [parts[3]], -1)
-    result: npt.NDArray[np.uint8] = np.round(255.0 * np.clip(coded, 0.0, 1.0)).astype(np.uint8)
+    scaled = np.dstack([*(np.sqrt(part) for part in parts[:3]), parts[3]])
+    result: npt.NDArray[np.uint8] = np.round(255.0 * np.clip(scaled, 0.0, 1.0)).astype(np.uint8)
     return result
 
 

@@ -12,17 +12,21 @@ from greensward.gpu.kernels import Draw, Mesh
 from greensward.gpu.view import View, anchored
 from greensward.io.meshes import TriMesh
 from greensward.objects.meshes import mesh_of
+from greensward.passes.solids.pictures import picture_array, surfaces
 from greensward.scene import Capsule
 from greensward.scene import Mesh as MeshObject
 from greensward.scene.base import linear
-from greensward.scene.objects import Object
+from greensward.scene.objects import PLAIN_COLOUR, Object
 from greensward.world import World
 
 _FOLDER = "passes/solids"
 _INSTANCE = np.dtype([("now", "f4", (3, 4)), ("before", "f4", (3, 4)), ("paint", "f4", 4), ("size", "f4", 3)])
 _FORMATS = "4f4 4f4 4f4 4f4 4f4 4f4 4f4 3f4/i"
 _NAMES = ("now0", "now1", "now2", "before0", "before1", "before2", "paint", "size")
-_CORNER = np.dtype([("corner", "f4", 3), ("normal", "f4", 3), ("tint", "f4", 4)])
+_CORNER = np.dtype(
+    [("corner", "f4", 3), ("normal", "f4", 3), ("tint", "f4", 4), ("texel", "f4", 2), ("surface", "f4", 4)]
+)
+_CORNER_FORMAT = "3f4 3f4 4f4 2f4 4f4"
 
 
 class _Shape:
@@ -32,16 +36,19 @@ class _Shape:
         self.indices = np.array(indices)
         self.instances = np.zeros(len(indices), _INSTANCE)
         for instance, each in zip(self.instances, objects, strict=True):
-            instance["paint"] = *linear(each.colour), each.roughness
+            instance["paint"] = *linear(each.colour or PLAIN_COLOUR), each.roughness
             instance["size"] = _size_of(each)
         corners = np.zeros(len(mesh.positions), _CORNER)
         corners["corner"], corners["normal"] = mesh.positions, mesh.normals
-        if mesh.colours is not None:
-            corners["tint"][:, :3], corners["tint"][:, 3] = mesh.colours[:, :3], 1.0
+        if objects[0].colour is None:
+            corners["tint"], corners["surface"] = surfaces(mesh)
+        if mesh.uv is not None:
+            corners["texel"] = mesh.uv
+        self.pictures = picture_array(device.ctx, mesh)
         self.corners = device.ctx.buffer(corners.tobytes())
         self.triangles = device.ctx.buffer(mesh.triangles.astype(np.uint32).tobytes())
         self.buffer = device.ctx.buffer(reserve=self.instances.nbytes)
-        content = (self.corners, "3f4 3f4 4f4", "corner", "normal", "tint"), (self.buffer, _FORMATS, *_NAMES)
+        content = (self.corners, _CORNER_FORMAT, *(_CORNER.names or ())), (self.buffer, _FORMATS, *_NAMES)
         self.mesh = Mesh(content, self.triangles)
 
     def place(self, placed: npt.NDArray[np.float64], before: npt.NDArray[np.float64]) -> None:
@@ -53,6 +60,8 @@ class _Shape:
     def release(self) -> None:
         """Free the GPU memory."""
         release_all(self.corners, self.triangles, self.buffer)
+        if self.pictures:
+            self.pictures.release()
 
 
 class Solids:
@@ -67,13 +76,20 @@ class Solids:
         self._shapes = []
         for indices in alike.values():
             objects = [world.objects[i] for i in indices]
-            mesh = mesh_of(_of_unit_size(objects[0]), world.scene.resolve)
+            mesh = mesh_of(_of_unit_size(objects[0]), world.scene.resolve, painted=objects[0].colour is None)
             self._shapes.append(_Shape(device, mesh, indices, objects))
         stages = f"{_FOLDER}/solid.vert", f"{_FOLDER}/solid.frag"
         meshes = [shape.mesh for shape in self._shapes]
         self._draws = {
-            purpose: Draw(device, *stages, defines=defines, bindings=world.bindings, meshes=meshes)
-            for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
+            (purpose, pictured): Draw(
+                device,
+                *stages,
+                defines={**({"SHADOW": 1} if purpose == "shadow" else {}), **({"PICTURES": 1} if pictured else {})},
+                bindings=world.bindings,
+                meshes=meshes,
+            )
+            for purpose in ("picture", "shadow")
+            for pictured in sorted({shape.pictures is not None for shape in self._shapes})
         }
         self._drawn_at: tuple[npt.NDArray[np.float64], ...] | None = None
 
@@ -87,7 +103,9 @@ class Solids:
             for shape in self._shapes:
                 shape.place(*places)
         for number, shape in enumerate(self._shapes):
-            self._draws[view.purpose].run(moderngl.TRIANGLES, -1, len(shape.indices), number)
+            resources = {"object_pictures": shape.pictures} if shape.pictures else {}
+            draw = self._draws[view.purpose, shape.pictures is not None]
+            draw.run(moderngl.TRIANGLES, -1, len(shape.indices), number, **resources)
 
     def release(self) -> None:
         """Free the GPU resources."""
@@ -97,7 +115,7 @@ class Solids:
 def _shape_of(solid: Object) -> Hashable:
     match solid:
         case MeshObject():
-            return solid.kind, solid.file
+            return solid.kind, solid.file, solid.up, solid.colour is None
         case Capsule():
             return solid.kind, solid.radius_m, solid.length_m
         case _:

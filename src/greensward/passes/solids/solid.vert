@@ -4,6 +4,8 @@
 in vec3 corner;
 in vec3 normal;
 in vec4 tint;  // of the mesh, where w is 1
+in vec2 texel;
+in vec4 surface;
 in vec4 now0;
 in vec4 now1;
 in vec4 now2;
@@ -16,6 +18,11 @@ in vec3 size;  // of the instance; the mesh is of unit size
 out vec3 local;
 out vec3 normal_ws;
 out vec4 colour;
+out float weathered;
+#ifdef PICTURES
+out vec2 texel_uv;
+flat out vec4 surface_of;
+#endif
 out vec4 previousClip;
 
 void main() {
@@ -25,6 +32,11 @@ void main() {
     vec3 before_ws = vec3(dot(before0, own), dot(before1, own), dot(before2, own));
     normal_ws = vec3(dot(now0.xyz, ownNormal), dot(now1.xyz, ownNormal), dot(now2.xyz, ownNormal));
     local = own.xyz;
+    weathered = 1.0 - tint.w;
+#ifdef PICTURES
+    texel_uv = texel;
+    surface_of = surface;
+#endif
     colour = vec4(mix(paint.rgb, tint.rgb, tint.w), paint.w);
     previousClip = view.previous_clip_from_relative * vec4(before_ws - view.origin_ws.xyz, 1.0);
     gl_ClipDistance[0] = position_ws.y - view.clip_below_m;

@@ -7,7 +7,7 @@ from PIL import Image
 
 from greensward.gpu.buffers import release_all
 from greensward.gpu.kernels import Bindings
-from greensward.io.rasters import decoded, read_rgba
+from greensward.io.rasters import decoded, read_colours, read_rgba
 from greensward.scene import InputError, Scene
 from greensward.techniques.geometry_billboards.settings import BillboardSettings
 
@@ -126,7 +126,7 @@ def lines(edge: int, seed: int) -> Pixels:
 
 def _colours(scene: Scene, file: str) -> Pixels:
     """Linear colours, (rows, columns, 3)."""
-    return decoded(read_rgba(scene.resolve(file))[..., :3] / 255.0)
+    return decoded(read_colours(scene.resolve(file))[..., :3] / 255.0)
 
 
 def _scaled(values: Pixels, columns: int, rows: int) -> Pixels:

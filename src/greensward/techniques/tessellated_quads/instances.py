@@ -64,7 +64,7 @@ class Instances:
         world, scene = self._world, self._world.scene
         heights = world.ground.heights
         if scene.ground.beyond == "bare":
-            columns, rows = (int(np.ceil(0.5 * edge / patch_m)) for edge in scene.ground.size_m)
+            columns, rows = (int(np.ceil(0.5 * edge / patch_m)) for edge in heights.size_m)
         else:
             columns = rows = _EACH_WAY
         tallest = world.field.tallest_m

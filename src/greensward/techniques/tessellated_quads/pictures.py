@@ -5,7 +5,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from greensward.io.rasters import decoded, read_rgba
+from greensward.io.rasters import decoded, read_colours, read_rgba, spread
 from greensward.scene import Grass, InputError, Scene
 
 SIZE = 64, 256
@@ -30,7 +30,11 @@ def blade_pictures(scene: Scene) -> npt.NDArray[np.uint8]:
         else:
             for channel in range(3):
                 layer[..., channel] = _scaled(colours[..., channel], columns, rows)
-    return np.ascontiguousarray(np.round(255.0 * layers).astype(np.uint8)[:, ::-1])
+    coded = np.round(255.0 * layers).astype(np.uint8)
+    for layer, (_, colours) in zip(coded, found, strict=True):
+        if colours is not None:  # what the outline cuts away never shows
+            layer[:] = spread(layer)
+    return np.ascontiguousarray(coded[:, ::-1])
 
 
 def picture_array(ctx: moderngl.Context, scene: Scene) -> moderngl.TextureArray:
@@ -70,7 +74,7 @@ def _alpha(scene: Scene, grass: Grass) -> Pixels:
 def _colours(scene: Scene, grass: Grass) -> Pixels | None:
     if grass.diffuse_texture is None:
         return None
-    result: Pixels = np.sqrt(decoded(read_rgba(scene.resolve(grass.diffuse_texture))[..., :3] / 255.0))
+    result: Pixels = np.sqrt(decoded(read_colours(scene.resolve(grass.diffuse_texture))[..., :3] / 255.0))
     return result
 
 
