@@ -1,12 +1,21 @@
 // The ground by a ray through each pixel, among what is drawn in triangles.
 #include "shaders/emit.glsl"
+#ifdef MARCHED
+uniform sampler2D ground_depth;  // as depth.glsl finds it
+uniform vec2 range_m;
+#else
 #include "ground/march.glsl"
+#endif
 
 uniform bool reversed_depth;
 
 void main() {
     vec3 ray = rayThrough(ivec2(gl_FragCoord.xy));
+#ifdef MARCHED
+    float depth = texelFetch(ground_depth, ivec2(gl_FragCoord.xy), 0).r;
+#else
     float depth = march(view.eye_ws.xyz, ray, range_m.x, 0.0);
+#endif
     if (depth < range_m.x || depth > range_m.y) discard;
     vec4 position_rs = vec4(view.eye_rs.xyz + ray * depth, 1.0);
     vec4 clip = view.jittered_clip_from_relative * position_rs;
