@@ -29,7 +29,7 @@ class Terrain:
     def __init__(self, device: Device, world: World, stage: Stage, after_all: bool) -> None:
         ctx = device.ctx
         self._exists = world.ground.heights.exists
-        self._rays = _Rays(device, world, after_all and stage == "compute")
+        self._rays = _Rays(device, world, stage, after_all)
         cell = min(world.ground.heights.cell_m())
         self._spacing = min(max(2.0 ** math.floor(math.log2(cell)), 0.25), 1.0)
         far = world.scene.camera.far_m
@@ -77,31 +77,57 @@ class Terrain:
 
 
 class _Rays:
-    """The ground by rays where it is nearest: of a compute shader that writes images, or among triangles."""
+    """The ground by rays where it is nearest: of a compute shader that writes images, or among triangles.
 
-    def __init__(self, device: Device, world: World, compute: bool) -> None:
-        self._device = device
-        self._shader: Kernel | Draw
-        if compute:
-            self._shader = Kernel(device, f"{_FOLDER}/march.comp", {}, world.bindings)
-        else:
-            self._shader = Draw(device, "shaders/screen.vert", f"{_FOLDER}/march.frag", bindings=world.bindings)
-            self._shader.set(reversed_depth=device.features.clip_control)
+    Where passes run in compute shaders, so do the rays; among triangles, fragments look their depth up.
+    """
+
+    def __init__(self, device: Device, world: World, stage: Stage, after_all: bool) -> None:
+        self._ctx = device.ctx
         self._mipmap = MaximumMipmap(device, world.ground.heights)
-        self._mipmap.describe(self._shader)
+        self._images: Kernel | None = None
+        self._depth: FullScreenPass | None = None
+        self._fragments: Draw | None = None
+        self._depths: dict[tuple[int, int], moderngl.Texture] = {}
+        """Depth of the ground in pictures of each size."""
+        if after_all and stage == "compute":
+            self._images = Kernel(device, f"{_FOLDER}/march.comp", {}, world.bindings)
+            self._mipmap.describe(self._images)
+            return
+        defines = {"MARCHED": 1} if stage == "compute" else {}
+        stages = "shaders/screen.vert", f"{_FOLDER}/march.frag"
+        self._fragments = Draw(device, *stages, defines=defines, bindings=world.bindings)
+        self._fragments.set(reversed_depth=device.features.clip_control)
+        if stage == "compute":
+            path = f"{_FOLDER}/depth.glsl"
+            self._depth = FullScreenPass(device, path, ["f4"], stage=stage, bindings=world.bindings)
+        self._mipmap.describe(self._depth.shader if self._depth else self._fragments)
 
     def run(self, view: View) -> None:
         """Follow a ray through every pixel."""
         values: dict[str, Any] = {"Highest": self._mipmap.buffer, "range_m": view.near_and_far_m}
-        if isinstance(self._shader, Draw):
-            self._shader.run(moderngl.TRIANGLES, 3, **values)
-            return
-        self._shader.run_over(view.size_px, **values)
-        self._device.ctx.memory_barrier(IMAGES_WRITTEN)
+        if self._images:
+            self._images.run_over(view.size_px, **values)
+            self._ctx.memory_barrier(IMAGES_WRITTEN)
+        if self._depth:
+            depth = self._depth_of(view.size_px)
+            self._depth.run(depth, **values)
+            values = {"ground_depth": depth, "range_m": view.near_and_far_m}
+        if self._fragments:
+            self._fragments.run(moderngl.TRIANGLES, 3, **values)
+
+    def _depth_of(self, size_px: tuple[int, int]) -> moderngl.Texture:
+        if size_px not in self._depths:
+            if len(self._depths) == 2:  # of the picture and of what water mirrors
+                self._depths.pop(next(iter(self._depths))).release()
+            self._depths[size_px] = self._ctx.texture(size_px, 4, dtype="f4")
+        return self._depths[size_px]
 
     def release(self) -> None:
         """Free the GPU resources."""
-        release_all(self._shader, self._mipmap)
+        for part in (self._images, self._depth, self._fragments, self._mipmap, *self._depths.values()):
+            if part:
+                part.release()
 
 
 def _grid() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,13 +1,22 @@
 // The ground by a ray through each pixel, among what is drawn in triangles.
 #include "shaders/emit.glsl"
+#ifdef MARCHED
+uniform sampler2D ground_depth;  // as depth.glsl finds it
+uniform vec2 range_m;
+#else
 #include "ground/march.glsl"
+#endif
 
 uniform bool reversed_depth;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 start_rs = startOf(pixel), ray = rayThrough(pixel);
+#ifdef MARCHED
+    float depth = texelFetch(ground_depth, pixel, 0).r;
+#else
     float depth = march(view.origin_ws.xyz + start_rs, ray, range_m.x, 0.0);
+#endif
     if (depth < range_m.x || depth > range_m.y) discard;
     vec4 position_rs = vec4(start_rs + ray * depth, 1.0);
     vec4 clip = view.jittered_clip_from_relative * position_rs;
