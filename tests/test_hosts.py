@@ -10,10 +10,11 @@ import weakref
 import numpy as np
 import pytest
 
+from greensward.eyes import Eye
 from greensward.gpu.adapters import open_context
 from greensward.gpu.current import current_context
 from greensward.gpu.view import look_at
-from greensward.renderer import Eye, Renderer
+from greensward.renderer import Renderer
 from greensward.scene import Camera, GreenswardError, InputError, SurfaceClass
 from small_scenes import NOISE, small_scene
 
@@ -397,10 +398,11 @@ def test_a_forked_worker_is_told_to_be_spawned():
 def test_forgotten_renderers_free_themselves(device, scene):
     first = Renderer(scene, size=_SIZE, ctx=device.ctx)
     first.render()
-    released: list[int] = []
+    released: list[str] = []
     for part in first._parts:
-        weakref.finalize(part, released.append, 1)
-    count = len(first._parts)
+        weakref.finalize(part, released.append, type(part).__name__)
+    kinds = sorted(type(each).__name__ for each in first._parts)
+    del part
     gone = weakref.ref(first)
     del first
     assert gone() is None, "no circle of references waits for the collector"
@@ -408,7 +410,7 @@ def test_forgotten_renderers_free_themselves(device, scene):
     with Renderer(scene, size=_SIZE, ctx=device.ctx) as second:
         assert not device._forgotten
         gc.collect()
-        assert len(released) == count
+        assert sorted(released) == kinds
         assert second.render().image.std() > 5
 
 

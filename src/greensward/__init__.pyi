@@ -4,6 +4,7 @@ from greensward import grounds as grounds
 from greensward import objects as objects
 from greensward import winds as winds
 from greensward.aovs import Aov as Aov
+from greensward.eyes import Eye as Eye
 from greensward.gpu.device import Device as Device
 from greensward.io.camera_path import CameraKey as CameraKey
 from greensward.io.camera_path import CameraPath as CameraPath
@@ -11,7 +12,6 @@ from greensward.library import dump as dump
 from greensward.library import load as load
 from greensward.library import presets as presets
 from greensward.renderer import Counts as Counts
-from greensward.renderer import Eye as Eye
 from greensward.renderer import Frame as Frame
 from greensward.renderer import Renderer as Renderer
 from greensward.scene import Camera as Camera

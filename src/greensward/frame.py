@@ -132,7 +132,7 @@ class GeometryPasses:
 
         uint64 of the same shape; 0 where there is no blade.
         """
-        ids, left = np.zeros(numbers.shape, np.uint64), numbers > 0
+        ids, left = np.zeros(numbers.shape, np.uint64), (numbers > 0) & (kinds != SurfaceClass.OBJECT)
         flowers = np.uint32((1 << BLADE_NUMBER_BITS) - 1) - numbers
         # flowers are numbered from the other end than blades
         parts: list[tuple[npt.NDArray[np.bool_], npt.NDArray[np.uint32], Callable[..., Ids]]] = [

@@ -5,16 +5,16 @@ import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeVar, get_args
+from typing import Any, Self, TypeVar
 
 import moderngl
 import numpy as np
 import numpy.typing as npt
 
 from greensward.aovs import Aov
+from greensward.eyes import Eye, Views, camera_of, windows_of
 from greensward.frame import MIRROR, PICTURE, GeometryPasses
 from greensward.gpu.buffers import release_all
 from greensward.gpu.current import context_kept
@@ -22,26 +22,25 @@ from greensward.gpu.depth import ReversedDepth
 from greensward.gpu.device import Device, Releasable, Stage
 from greensward.gpu.kernels import Bindings
 from greensward.gpu.timers import PassTimers
-from greensward.gpu.view import View, look_at, rolled
+from greensward.gpu.view import View
 from greensward.ground import HeightField
 from greensward.lens import Lens, lens_key
 from greensward.library import as_scene
-from greensward.objects.placing import Placed, Script, finite_vector, placed_at
+from greensward.objects.placing import Placed, Script, placed_at, refuse_unknown
 from greensward.passes.blur import Blur
 from greensward.passes.gbuffer import BladePixels, GBuffer
 from greensward.passes.light import sun_at_ground, to_sun
 from greensward.passes.lighting import Lighting
 from greensward.passes.post import Encoding, Look, Post
-from greensward.passes.post.window import Blit, DepthScale, Window
+from greensward.passes.post.window import Blit
 from greensward.passes.shadows import ShadowMaps
 from greensward.passes.temporal import Moment, Temporal
 from greensward.passes.water import WaterPass
-from greensward.queries import Blade, Hit, Light
+from greensward.queries import Blade, Hit, Light, blade_with, hit_in, probe_view, unit_ray
 from greensward.scene import Camera, GreenswardError, InputError, Scene
-from greensward.scene.classes import SurfaceClass
 from greensward.techniques import chosen, far_level
 from greensward.truth import Truth, camera_record, read_truth
-from greensward.viewpoint import Intrinsics, camera_from_matrices, camera_view, jitter, pinhole_view, place
+from greensward.viewpoint import camera_view, jitter, matrices_of, place
 from greensward.world import FrameTime, World
 
 _FRAME_S = 1.0 / 30.0
@@ -57,51 +56,8 @@ _COLOURS = {
     "roughness",
 }
 """Keys of a species that blades do not store."""
+_RELEASED = "this renderer has been released: make another"
 _LONGEST_S = 1e9  # single precision tells no seconds apart long before
-
-
-@dataclass(frozen=True)
-class Eye:
-    """One of several pictures of an instant: where `draw_eyes` draws it, and from where it is seen."""
-
-    framebuffer: moderngl.Framebuffer
-    camera: Camera | None = None
-    """The scene's, if neither it nor the two matrices are given."""
-    view_from_world: npt.ArrayLike | None = None
-    """(4, 4), for column vectors."""
-    clip_from_view: npt.ArrayLike | None = None
-    """(4, 4), for column vectors."""
-    viewport: tuple[int, int, int, int] | None = None
-    """Left, bottom, width and height in the framebuffer; by default its viewport."""
-    layer: int | None = None
-    """Layer of the framebuffer's attachments, if they have any."""
-
-
-@dataclass(frozen=True)
-class Views:
-    """Views of a frame."""
-
-    cameras: tuple[Camera, ...] = ()
-    size: tuple[int, int] = (0, 0)
-    pictures: tuple[View, ...] = ()
-    """One for each camera, or one for each face of a lens."""
-    shadows: tuple[tuple[View, ...], ...] = ()
-    """Views of the shadow maps for each of them; pictures may share one tuple."""
-    mirrors: tuple[View | None, ...] = ()
-    """Views of what the water mirrors, for each of them."""
-    lit: tuple[View, ...] = ()
-    """All views of shadow maps."""
-    lens: Lens | None = None
-
-    @cached_property
-    def share_shadows(self) -> bool:
-        """True if all pictures are lit by the same maps."""
-        return all(each is self.shadows[0] for each in self.shadows)
-
-    @cached_property
-    def every(self) -> tuple[View, ...]:
-        """All that grass is culled for."""
-        return (*self.pictures, *self.lit, *(mirror for mirror in self.mirrors if mirror))
 
 
 @dataclass(frozen=True)
@@ -258,7 +214,7 @@ class Renderer:
     def _use(self, *framebuffers: moderngl.Framebuffer) -> Iterator[None]:
         """Draw inside, in a context that is left as it was."""
         if self._released:
-            raise GreenswardError("this renderer has been released: make another")
+            raise GreenswardError(_RELEASED)
         with self.device.use(*framebuffers):
             yield
 
@@ -319,7 +275,8 @@ class Renderer:
         thirtieth of a second earlier.
         """
         with self._use():
-            camera = self._camera(camera, view_from_world, clip_from_view, self.size)
+            given = camera is not None
+            camera = camera_of(camera or self.scene.camera, view_from_world, clip_from_view, self.size, given)
             images: list[npt.NDArray[np.uint8]] = []
 
             def read(*_: object) -> None:
@@ -368,14 +325,14 @@ class Renderer:
         shadows. Their viewports are of one size.
         """
         look = Look(encoding, sky, ground)
-        self._refuse(look, eyes)
+        if self._released:
+            raise GreenswardError(_RELEASED)
+        if self.temporal and not look.is_whole:
+            raise InputError("sky, ground: must be drawn by a renderer with temporal; leave out temporal=True")
         with context_kept():
             self.device.make_current()
-            windows = [self._window(eye) for eye in eyes]
-        sizes = {window.viewport[2:] for window, _ in windows}
-        if len(sizes) != 1:
-            raise InputError(f"viewport: must be of one size for all eyes (got {sorted(sizes)})")
-        if 0 in (size := sizes.pop()):
+            windows = windows_of(self.device, eyes, self.scene.camera, self._world.ground.heights)
+        if 0 in (size := windows[0][0].viewport[2:]):
             return  # a window that is folded away
         self.resize(size)
         with self._use(*{id(eye.framebuffer): eye.framebuffer for eye in eyes}.values()):
@@ -385,66 +342,6 @@ class Renderer:
                     self._blit.run(picture, windows[eye][0], look, self._post)
 
             self._draw(time_s, tuple(camera for _, camera in windows), look, show)
-
-    def _refuse(self, look: Look, eyes: Sequence[Eye]) -> None:
-        if self._released:
-            raise GreenswardError("this renderer has been released: make another")
-        if look.encoding not in get_args(Encoding):
-            raise InputError(f'encoding: must be "srgb", "linear" or "hdr" (got {look.encoding!r})')
-        if self.temporal and not look.is_whole:
-            raise InputError("sky, ground: must be drawn by a renderer with temporal; leave out temporal=True")
-        if not eyes:
-            raise InputError("eyes: must hold one at least (got none)")
-        for eye in eyes:
-            if not isinstance(eye.framebuffer, moderngl.Framebuffer):
-                raise InputError(
-                    f"framebuffer: must be a moderngl.Framebuffer (got {type(eye.framebuffer).__name__}); "
-                    "ctx.detect_framebuffer() finds one that another library made"
-                )
-            if eye.framebuffer.ctx is not self.ctx:
-                raise InputError(
-                    "framebuffer: must be of the context that the renderer draws with: make it with "
-                    "Renderer(…, ctx=ctx), where ctx is the framebuffer's"
-                )
-
-    def _window(self, eye: Eye) -> tuple[Window, Camera]:
-        """Resolve the window that a picture is drawn into, and the camera that sees it."""
-        viewport, zero_to_one, depth_range = self.device.drawing_into(eye.framebuffer)
-        viewport = viewport if eye.viewport is None else eye.viewport
-        if min(viewport[2:]) < 1:
-            return Window(eye.framebuffer, viewport, DepthScale(0.0, 0.0, False)), self.scene.camera
-        own = eye.clip_from_view is None
-        camera = self._camera(
-            eye.camera, eye.view_from_world, eye.clip_from_view, viewport[2:], zero_to_one=zero_to_one
-        )
-        if not camera.is_straight:
-            raise InputError("camera: a lens that distorts and a fisheye are for render (got them in draw)")
-        clip_from_view = self.camera_matrices(camera)[1] if own else np.asarray(eye.clip_from_view, np.float64)
-        scale = clip_from_view[3, 3] if camera.projection == "orthographic" else -clip_from_view[3, 2]
-        depth = DepthScale.of(
-            float(clip_from_view[2, 2] / scale),
-            float(clip_from_view[2, 3] / scale),
-            parallel=camera.projection == "orthographic",
-            zero_to_one=zero_to_one and not own,
-            depth_range=depth_range,
-            behind_m=0.0 if own else _behind_m(camera, eye.view_from_world),
-        )
-        return Window(eye.framebuffer, viewport, depth, eye.layer), camera
-
-    def _camera(
-        self,
-        camera: Camera | None,
-        view_from_world: npt.ArrayLike | None,
-        clip_from_view: npt.ArrayLike | None,
-        size: tuple[int, int],
-        *,
-        zero_to_one: bool = False,
-    ) -> Camera:
-        if view_from_world is None and clip_from_view is None:
-            return camera or self.scene.camera
-        if view_from_world is None or clip_from_view is None or camera is not None:
-            raise InputError("give either camera, or both view_from_world and clip_from_view")
-        return camera_from_matrices(view_from_world, clip_from_view, size, zero_to_one=zero_to_one)
 
     def place(self, name: str, where: npt.ArrayLike) -> None:
         """Put an object in a place from the next frame on: the centre of its base, (3,), or its matrix, (4, 4).
@@ -459,14 +356,11 @@ class Renderer:
             return
         if name in self._scripts:
             raise InputError(f"place: {name}: is moved by its script; leave one of the two out")
+        refuse_unknown([name], self._world.objects, "place")
         placed = Placed()
         placed.put(matrix)
-        before, self._placed = self._placed, {**self._placed, name: placed}
-        try:
-            self._rebuild(self.scene, self._world.ground.heights)
-        except BaseException:
-            self._placed = before
-            raise
+        self._placed[name] = placed
+        self._rebuild(self.scene, self._world.ground.heights)
 
     def ground_height(self, x: npt.ArrayLike, z: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Height of the ground in metres at points of the world, of their shape."""
@@ -490,8 +384,7 @@ class Renderer:
         pictures of grass, instances.
         """
         with self._use():
-            number = self._world.field.number_of(blade_id)
-            return self._blade(number) if number else None
+            return blade_with(self._world, self._world.field.number_of(blade_id))
 
     def hit(self, origin_m: npt.ArrayLike, direction: npt.ArrayLike) -> Hit | None:
         """Find the first surface that a ray meets, as it stands at the time of the last frame; None for the sky.
@@ -499,19 +392,10 @@ class Renderer:
         `origin_m` and `direction` are (3,), in the world. It is found by drawing one pixel, as wide as the picture's,
         and takes about as long as a small frame. Raises `InputError` for a ray that is none.
         """
-        origin, along = (
-            finite_vector(name, each) for name, each in (("origin_m", origin_m), ("direction", direction))
-        )
-        length = float(np.linalg.norm(along))
-        if length == 0.0:
-            raise InputError("direction: must not be zero (got 0, 0, 0)")
-        along = along / length
+        origin, along = unit_ray(origin_m, direction)
         with self._use():
             frame = self._views_of(self._views.cameras or (self.scene.camera,))
-            pixel = sum(frame.pictures[0].pixel_m) if not frame.pictures[0].is_parallel else 1e-3
-            camera = frame.cameras[0]
-            lens = Intrinsics(1.0 / pixel, 1.0 / pixel, 0.0, 0.0)
-            view = pinhole_view(origin, look_at(origin, origin + along), lens, (1, 1), (1e-3, camera.far_m))
+            view = probe_view(origin, along, frame.pictures[0], frame.cameras[0].far_m)
             with self._timed("draw"):
                 self._world.follow(frame.pictures[0].camera_ws)
                 now = FrameTime(self._time_s, self._time_s, (*frame.every, view))
@@ -520,32 +404,9 @@ class Renderer:
             probe = GBuffer(self.device, (1, 1), self._depth, self._stage)
             try:
                 self._geometry.fill(probe, view, view, (0.0, 0.0), slot=PICTURE, occlusion=True)
-                kinds, numbers, depths = probe.read_surface()
-                ids = self._geometry.identify(kinds, numbers)
+                return hit_in(probe, self._geometry.identify, self._world, origin, along, view)
             finally:
                 probe.release()
-            depth, kind, number = float(depths[0, 0]), SurfaceClass(int(kinds[0, 0])), int(numbers[0, 0])
-            if not np.isfinite(depth):
-                return None
-            solid = number - 1 if kind == SurfaceClass.OBJECT and number else None
-            own = solid is not None and solid < len(self.scene.object)
-            return Hit(
-                origin + depth * along,
-                depth,
-                kind,
-                solid if own else None,
-                self._world.objects[solid].name if solid is not None else "",
-                int(ids[0, 0]),
-                self._blade(number) if kind == SurfaceClass.GRASS else None,
-            )
-
-    def _blade(self, number: int) -> Blade | None:
-        found = self._world.field.stored(number)
-        if found is None:
-            return None
-        row, root_m, index = found
-        species = self.scene.grass[int(row["flags"]) & 15].species
-        return Blade(species, root_m, float(row["height"]), float(row["width"]), index)
 
     def advance(self, time_s: float, *, camera: Camera | None = None) -> None:
         """Let the grass move on to an instant without drawing it, as `render` and `draw` do before they draw."""
@@ -590,11 +451,7 @@ class Renderer:
 
         Of a fisheye and of a lens that distorts, those of the pinhole with its focal length.
         """
-        camera = camera or self.scene.camera
-        heights = self._world.ground.heights
-        view_from_world = rolled(look_at(*place(camera, heights)), camera.roll_deg)
-        view = camera_view(camera, heights, self.size)
-        return view_from_world, view.clip_from_world @ np.linalg.inv(view_from_world)
+        return matrices_of(camera or self.scene.camera, self._world.ground.heights, self.size)
 
     def update(self, scene: Scene | str | Path) -> None:
         """Draw another scene from now on, with the least work that it needs.
@@ -909,12 +766,6 @@ def _device_of(device: Device | str, ctx: moderngl.Context | None) -> Device:
     if ctx is not None:
         return Device.of(ctx)
     return Device.shared(device) if isinstance(device, str) else device
-
-
-def _behind_m(camera: Camera, view_from_world: Any) -> float:
-    """Distance of a camera behind the pose that it was made from."""
-    pose = np.asarray(view_from_world, np.float64)
-    return float(pose[2, :3] @ (np.array(camera.position_m) + pose[:3, :3].T @ pose[:3, 3]))
 
 
 def _same_heights(before: Scene, scene: Scene) -> bool:

@@ -95,6 +95,13 @@ def camera_view(camera: Camera, heights: HeightField, size_px: tuple[int, int]) 
     )
 
 
+def matrices_of(camera: Camera, heights: HeightField, size_px: tuple[int, int]) -> tuple[Matrix, Matrix]:
+    """`view_from_world` and `clip_from_view`, (4, 4); of a bent lens, those of the pinhole with its focal length."""
+    view_from_world = rolled(look_at(*place(camera, heights)), camera.roll_deg)
+    view = camera_view(camera, heights, size_px)
+    return view_from_world, view.clip_from_world @ np.linalg.inv(view_from_world)
+
+
 def pinhole_view(
     position: Matrix,
     view_from_world: Matrix,

@@ -1,7 +1,7 @@
 """Matrices of all objects at an instant: as the scene has them, along their paths, or scripted."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -49,6 +49,16 @@ def finite_vector(name: str, given: npt.ArrayLike) -> Floats:
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InputError(f"{name}: must be three finite numbers (got {given!r})")
     return vector
+
+
+def refuse_unknown(wanted: Iterable[str], objects: Sequence[Object], place: str) -> None:
+    """Raise `InputError` for a name that no object has."""
+    names = {each.name for each in objects if each.name}
+    own = sorted(name for name in names if not name.startswith("wind["))
+    for name in wanted:
+        if name not in names:
+            named = f"; named are {', '.join(own)}" if own else ""
+            raise InputError(f"{place}: no object of the scene is named {name!r}{named}")
 
 
 def placed_at(name: str, given: npt.ArrayLike) -> Floats:
@@ -175,12 +185,7 @@ class Placing:
         self, objects: Sequence[Object], heights: HeightField, scripts: Mapping[str, Script] | None = None
     ) -> None:
         self._heights = heights
-        names = {each.name for each in objects if each.name}
-        own = sorted(name for name in names if not name.startswith("wind["))
-        for name in scripts or {}:
-            if name not in names:
-                named = f"; named are {', '.join(own)}" if own else ""
-                raise InputError(f"scripts: no object of the scene is named {name!r}{named}")
+        refuse_unknown(scripts or (), objects, "scripts")
         self._scripts = {
             i: (each.name, scripts[each.name]) for i, each in enumerate(objects) if scripts and each.name in scripts
         }

@@ -20,9 +20,11 @@ from greensward.scene.objects import PLAIN_COLOUR, Object
 from greensward.world import World
 
 _FOLDER = "passes/solids"
-_INSTANCE = np.dtype([("now", "f4", (3, 4)), ("before", "f4", (3, 4)), ("paint", "f4", 4), ("size", "f4", 3)])
-_FORMATS = "4f4 4f4 4f4 4f4 4f4 4f4 4f4 3f4/i"
-_NAMES = ("now0", "now1", "now2", "before0", "before1", "before2", "paint", "size")
+_INSTANCE = np.dtype(
+    [("now", "f4", (3, 4)), ("before", "f4", (3, 4)), ("paint", "f4", 4), ("size_and_number", "f4", 4)]
+)
+_FORMATS = "4f4 4f4 4f4 4f4 4f4 4f4 4f4 4f4/i"
+_NAMES = ("now0", "now1", "now2", "before0", "before1", "before2", "paint", "size_and_number")
 _CORNER = np.dtype(
     [("corner", "f4", 3), ("normal", "f4", 3), ("tint", "f4", 4), ("texel", "f4", 2), ("surface", "f4", 4)]
 )
@@ -35,9 +37,9 @@ class _Shape:
     def __init__(self, device: Device, mesh: TriMesh, indices: list[int], objects: list[Object]) -> None:
         self.indices = np.array(indices)
         self.instances = np.zeros(len(indices), _INSTANCE)
-        for instance, each in zip(self.instances, objects, strict=True):
+        for instance, index, each in zip(self.instances, indices, objects, strict=True):
             instance["paint"] = *linear(each.colour or PLAIN_COLOUR), each.roughness
-            instance["size"] = _size_of(each)
+            instance["size_and_number"] = *_size_of(each), index + 1
         corners = np.zeros(len(mesh.positions), _CORNER)
         corners["corner"], corners["normal"] = mesh.positions, mesh.normals
         if objects[0].colour is None:

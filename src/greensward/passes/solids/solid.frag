@@ -36,6 +36,7 @@ in vec3 normal_ws;
 in vec4 colour;
 in float weathered;
 in vec4 previousClip;
+flat in uint number;
 
 void main() {
     vec3 own = colour.rgb;
@@ -54,7 +55,7 @@ void main() {
     s.occlusion = 0.9;
     s.roughness = colour.w;
     s.surfaceClass = CLASS_OBJECT;
-    s.bladeNumber = 0u;
+    s.bladeNumber = number;
     s.previousClip = previousClip;
     emitSurface(s);
 }

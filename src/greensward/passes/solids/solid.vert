@@ -13,7 +13,7 @@ in vec4 before0;
 in vec4 before1;
 in vec4 before2;
 in vec4 paint;
-in vec3 size;  // of the instance; the mesh is of unit size
+in vec4 size_and_number;  // of the instance, where the mesh is of unit size; its number in the scene, from 1 on
 
 out vec3 local;
 out vec3 normal_ws;
@@ -24,8 +24,11 @@ out vec2 texel_uv;
 flat out vec4 surface_of;
 #endif
 out vec4 previousClip;
+flat out uint number;
 
 void main() {
+    vec3 size = size_and_number.xyz;
+    number = uint(size_and_number.w);
     vec4 own = vec4(corner * size, 1.0);
     vec3 ownNormal = normalize(normal / size);
     vec3 position_ws = vec3(dot(now0, own), dot(now1, own), dot(now2, own));
