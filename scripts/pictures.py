@@ -257,6 +257,7 @@ def tracks(size: Size, samples: int) -> Picture:
             grass.model_copy(update={"height_m": tuple(0.75 * m for m in grass.height_m)}) for grass in scene.grass
         ),
         "object": (),
+        "fence": (),
         "wind": (gs.winds.Gusts(direction_deg=285, speed_mps=1.6, gustiness=0.75, gust_m=10),),
         "sun": gs.Sun(azimuth_deg=332, elevation_deg=10),
     }

@@ -286,7 +286,7 @@ def test_a_context_of_its_own_leaves_the_hosts_current(ctx, scene):
     """Whether the host's was made before or after the renderer's."""
     host = current_context().handle
     assert host
-    with Renderer(scene, size=_SIZE, device="cpu") as own:
+    with Renderer(scene, size=_SIZE) as own:
         assert current_context().handle == host
         own.render()
         own.update(scene.model_copy(update={"title": "other"}))
@@ -309,7 +309,7 @@ def test_no_context_is_left_where_there_was_none(ctx, scene):
     before = current_context()
     before.leave()
     try:
-        with Renderer(scene, size=_SIZE, device="cpu") as own:
+        with Renderer(scene, size=_SIZE) as own:
             own.render()
             assert current_context().handle is None
         assert current_context().handle is None
@@ -331,7 +331,7 @@ def test_a_host_context_that_is_not_current_is_told(ctx, renderer, scene):
 
 def test_another_thread_is_told(scene):
     told: list[str] = []
-    with Renderer(scene, size=_SIZE, device="cpu") as own:
+    with Renderer(scene, size=_SIZE) as own:
         first = own.render().image
 
         def elsewhere():
@@ -365,7 +365,7 @@ def test_use_after_release_is_told(renderer, ctx, scene):
 
 def test_a_foreign_framebuffer_is_told(ctx, scene):
     target = _target(ctx)
-    with Renderer(scene, size=_SIZE, device="cpu") as own:
+    with Renderer(scene, size=_SIZE) as own:
         with pytest.raises(InputError, match=r"framebuffer: must be of the context.*Renderer\(…, ctx=ctx\)"):
             own.draw(target)
         with pytest.raises(InputError, match=r"framebuffer: must be a moderngl\.Framebuffer \(got int\)"):
@@ -379,10 +379,10 @@ import greensward as gs
 scene = gs.Scene(sowing=gs.Sowing(density_per_m2=20, reach_m=10), shadows=gs.Shadows(size_px=64, cascades=1))
 def job(_):
     try:
-        gs.Renderer(scene, size=(16, 9), device="cpu")
+        gs.Renderer(scene, size=(16, 9))
     except gs.GreenswardError as error:
         return str(error)
-with gs.Renderer(scene, size=(16, 9), device="cpu") as r:
+with gs.Renderer(scene, size=(16, 9)) as r:
     r.render()
     with mp.get_context("fork").Pool(1) as pool:
         print(pool.map_async(job, [0]).get(timeout=60)[0])

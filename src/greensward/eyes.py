@@ -11,11 +11,10 @@ import numpy.typing as npt
 
 from greensward.gpu.device import Device
 from greensward.gpu.view import View
-from greensward.ground import HeightField
 from greensward.lens import Lens
 from greensward.passes.post.window import DepthScale, Window
 from greensward.scene import Camera, InputError
-from greensward.viewpoint import camera_from_matrices, matrices_of
+from greensward.viewpoint import camera_from_matrices, depth_row
 
 
 @dataclass(frozen=True)
@@ -79,9 +78,7 @@ def camera_of(
     return camera_from_matrices(view_from_world, clip_from_view, size_px, zero_to_one=zero_to_one)
 
 
-def windows_of(
-    device: Device, eyes: Sequence[Eye], usual: Camera, heights: HeightField
-) -> list[tuple[Window, Camera]]:
+def windows_of(device: Device, eyes: Sequence[Eye], usual: Camera) -> list[tuple[Window, Camera]]:
     """The window that each eye's picture is drawn into, and the camera that sees it; without one, the `usual`.
 
     Raises `InputError` for a framebuffer that is none or is of another context, viewports of several sizes, and what
@@ -91,7 +88,7 @@ def windows_of(
         raise InputError("eyes: must hold one at least (got none)")
     for eye in eyes:
         _refuse_foreign(device, eye.framebuffer)
-    windows = [_window_of(device, eye, usual, heights) for eye in eyes]
+    windows = [_window_of(device, eye, usual) for eye in eyes]
     sizes = {window.viewport[2:] for window, _ in windows}
     if len(sizes) != 1:
         raise InputError(f"viewport: must be of one size for all eyes (got {sorted(sizes)})")
@@ -111,7 +108,7 @@ def _refuse_foreign(device: Device, framebuffer: Any) -> None:
         )
 
 
-def _window_of(device: Device, eye: Eye, usual: Camera, heights: HeightField) -> tuple[Window, Camera]:
+def _window_of(device: Device, eye: Eye, usual: Camera) -> tuple[Window, Camera]:
     viewport, zero_to_one, depth_range = device.drawing_into(eye.framebuffer)
     viewport = viewport if eye.viewport is None else eye.viewport
     size = viewport[2:]
@@ -128,12 +125,15 @@ def _window_of(device: Device, eye: Eye, usual: Camera, heights: HeightField) ->
     if not camera.is_straight:
         raise InputError("camera: a lens that distorts and a fisheye are for render (got them in draw)")
     own = eye.clip_from_view is None
-    clip_from_view = matrices_of(camera, heights, size)[1] if own else np.asarray(eye.clip_from_view, np.float64)
     parallel = camera.projection == "orthographic"
-    scale = clip_from_view[3, 3] if parallel else -clip_from_view[3, 2]
+    if own:
+        a, b = depth_row(camera.near_m, camera.far_m, parallel=parallel)
+    else:
+        clip_from_view = np.asarray(eye.clip_from_view, np.float64)
+        a, b = clip_from_view[2, 2:] / (clip_from_view[3, 3] if parallel else -clip_from_view[3, 2])
     depth = DepthScale.of(
-        float(clip_from_view[2, 2] / scale),
-        float(clip_from_view[2, 3] / scale),
+        float(a),
+        float(b),
         parallel=parallel,
         zero_to_one=zero_to_one and not own,
         depth_range=depth_range,

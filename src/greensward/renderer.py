@@ -13,7 +13,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.aovs import Aov
+from greensward.aovs import Aov, unknown_aov
 from greensward.eyes import Eye, Views, camera_of, windows_of
 from greensward.frame import MIRROR, PICTURE, GeometryPasses
 from greensward.gpu.buffers import release_all
@@ -274,6 +274,8 @@ class Renderer:
         `camera_from_matrices` takes them. Motion is counted from the frame drawn before, or for the first from a
         thirtieth of a second earlier.
         """
+        if unknown := unknown_aov(aovs):
+            raise InputError(f"aovs: {unknown}")
         with self._use():
             given = camera is not None
             camera = camera_of(camera or self.scene.camera, view_from_world, clip_from_view, self.size, given)
@@ -331,7 +333,7 @@ class Renderer:
             raise InputError("sky, ground: must be drawn by a renderer with temporal; leave out temporal=True")
         with context_kept():
             self.device.make_current()
-            windows = windows_of(self.device, eyes, self.scene.camera, self._world.ground.heights)
+            windows = windows_of(self.device, eyes, self.scene.camera)
         if 0 in (size := windows[0][0].viewport[2:]):
             return  # a window that is folded away
         self.resize(size)

@@ -8,9 +8,8 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.aovs import unknown_aov
 from greensward.passes.gbuffer import GBuffer
-from greensward.scene import Camera, InputError
+from greensward.scene import Camera
 from greensward.scene.classes import SurfaceClass
 from greensward.sowing.identity import Ids
 from greensward.viewpoint import intrinsics
@@ -23,11 +22,8 @@ def read_truth(gbuffer: GBuffer, aovs: Sequence[str], identify: Callable[..., Id
 
     `depth` float32 metres along the view axis, inf for sky; `normal` float32 world space, 0 for sky; `class`
     uint8, a `SurfaceClass`; `blade_id` uint64, 0 where no blade shows; `motion` float32 pixels (right, down) since
-    the previous frame; `albedo` float32 linear 0..1. `identify` finds ids by class and number. Raises `InputError`
-    for an unknown name.
+    the previous frame; `albedo` float32 linear 0..1. `identify` finds ids by class and number.
     """
-    if unknown := unknown_aov(aovs):
-        raise InputError(f"aovs: {unknown}")
     truth: Truth = {}
     kinds, numbers, depth = gbuffer.read_surface()
     surface = np.isfinite(depth)[..., None]

@@ -95,6 +95,13 @@ def camera_view(camera: Camera, heights: HeightField, size_px: tuple[int, int]) 
     )
 
 
+def depth_row(near_m: float, far_m: float, *, parallel: bool) -> tuple[float, float]:
+    """Last two numbers of the row of `clip_from_view` that clip z, −1 to 1, follows from."""
+    if parallel:
+        return -2.0 / (far_m - near_m), -(far_m + near_m) / (far_m - near_m)
+    return (far_m + near_m) / (near_m - far_m), 2.0 * far_m * near_m / (near_m - far_m)
+
+
 def matrices_of(camera: Camera, heights: HeightField, size_px: tuple[int, int]) -> tuple[Matrix, Matrix]:
     """`view_from_world` and `clip_from_view`, (4, 4); of a bent lens, those of the pinhole with its focal length."""
     view_from_world = rolled(look_at(*place(camera, heights)), camera.roll_deg)
@@ -118,13 +125,12 @@ def pinhole_view(
     clip_from_view[0, 0], clip_from_view[1, 1] = 1.0 / half_width, 1.0 / half_height
     # clip coordinates of the principal point
     centre = 2.0 * (lens.cx + 0.5) / width - 1.0, 1.0 - 2.0 * (lens.cy + 0.5) / height
+    clip_from_view[2, 2:] = depth_row(near, far, parallel=parallel)
     if parallel:
         clip_from_view[:2, 3] = centre
-        clip_from_view[2, 2:] = -2.0 / (far - near), -(far + near) / (far - near)
         clip_from_view[3, 3] = 1.0
     else:
         clip_from_view[:2, 2] = -centre[0], -centre[1]
-        clip_from_view[2, 2:] = (far + near) / (near - far), 2.0 * far * near / (near - far)
         clip_from_view[3, 2] = -1.0
     rotation = view_from_world[:3, :3]
     axis = -rotation[2]

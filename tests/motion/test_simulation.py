@@ -154,7 +154,7 @@ def test_a_trail_stays_and_closes(renderer):
 
 @pytest.mark.parametrize("form", FORMS)
 def test_no_tip_stays_inside_a_ball(renderer, form):
-    drawn = renderer(_field(form, wind=[], object=[_ball(position_m=[0.5, 0.0, 0.0])], settle_s=2.0))
+    drawn = renderer(_field(form, wind=[], object=[_ball(position_m=[0.5, 0.0, 0.0], clears=False)], settle_s=2.0))
     drawn.render(0.0)
     blades = read_blades(drawn._world.field)
     tips = points(blades)[0] + read_poses(drawn._world.field.pages[0])[:, 0, 1]
@@ -180,9 +180,9 @@ def test_every_solid_presses(renderer, thing):
         drawn.render(0.0)
         return read_poses(drawn._world.field.pages[0])[:, 0, 1, 1]
 
-    free, pressed = heights(), heights(object=[{**thing, "position_m": [0.0, 0.1, 0.0]}])
+    free, pressed = heights(), heights(object=[{**thing, "position_m": [0.0, 0.1, 0.0], "clears": False}])
     assert (pressed < 0.8 * free).sum() > 10
-    ignored = heights(object=[{**thing, "position_m": [0.0, 0.1, 0.0], "collides": False}])
+    ignored = heights(object=[{**thing, "position_m": [0.0, 0.1, 0.0], "clears": False, "collides": False}])
     assert np.array_equal(ignored, free)
 
 

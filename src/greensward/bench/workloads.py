@@ -150,7 +150,7 @@ def _table1_scene(preset: str, edge_m: float, effects: bool, added: str) -> Scen
         "post": scene.post.model_copy(update=post),
     }
     if not added:
-        changes |= {"flowers": (), "object": ()}
+        changes |= {"flowers": (), "object": (), "fence": ()}
     return scene.model_copy(update=changes)
 
 

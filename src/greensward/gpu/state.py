@@ -307,7 +307,10 @@ class PreservedState:
         self._get_i = get
         offset, self._active_at = self._reserve("I")
         active_offset = offset
-        for unit in (*range(MOST_TEXTURES), self._ctx.default_texture_unit):
+        queries = [*(query for _, query in _TEXTURES.values()), _SAMPLER_BINDING]
+        all_units = (*range(MOST_TEXTURES), self._ctx.default_texture_unit)
+        everywhere: list[int] = []
+        for unit in all_units:
             addresses = []
             for name, (target, _) in _TEXTURES.items():
                 offset, address = self._reserve("I")
@@ -317,9 +320,27 @@ class PreservedState:
                 )
             offset, address = self._reserve("I")
             self._entries.append(_Entry(f"sampler{unit}", offset, "I", _writer(sampler, (unit,), is_sampler), (0,)))
-            queries = [query for _, query in _TEXTURES.values()]
-            self._units.append((_TEXTURE0 + unit, [*queries, _SAMPLER_BINDING], [*addresses, address]))
+            addresses.append(address)
+            everywhere.extend(addresses)
+            self._units.append((_TEXTURE0 + unit, queries, addresses))
+        if self._tells_units():
+            self._units.clear()
+            numbers = [unit for unit in all_units for _ in queries]
+            self._calls.append((self._get_i_at, (queries * len(all_units), numbers, everywhere)))
         self._entries.append(_Entry("active_texture", active_offset, "I", self._activate))
+
+    def _tells_units(self) -> bool:
+        """Return whether the driver tells what is bound to a unit that is not active, as many do."""
+        if self._ctx.version_code < 450 or self._ctx.error != "GL_NO_ERROR":
+            return False
+        texture = self._ctx.texture((1, 1), 1)
+        texture.use(1)
+        self._activate(_TEXTURE0)
+        cell = ctypes.c_uint()
+        self._get_i_at(_TEXTURES["2d"][1], 1, ctypes.addressof(cell))
+        told = self._ctx.error == "GL_NO_ERROR" and cell.value == texture.glo
+        texture.release()
+        return told
 
     def _binder(
         self, bind: Callable[..., Any], unit: int, target: int, exists: Callable[..., Any]
@@ -377,11 +398,12 @@ class PreservedState:
             else:
                 ctypes.memset(start + offset, 0, width * (len(queries) + 1))
         self._get_i(_ACTIVE_TEXTURE, self._active_at)
-        active = ctypes.c_uint.from_address(self._active_at).value
-        for unit, asked, addresses in self._units:
-            self._activate(unit)
-            deque(map(self._get_i, asked, addresses), maxlen=0)
-        self._activate(active)
+        if self._units:
+            active = ctypes.c_uint.from_address(self._active_at).value
+            for unit, asked, addresses in self._units:
+                self._activate(unit)
+                deque(map(self._get_i, asked, addresses), maxlen=0)
+            self._activate(active)
         return ctypes.string_at(start, self._used)
 
     def _write_entries(self, which: Any, wanted: bytes) -> None:

@@ -30,24 +30,26 @@ float firstRoot(float g0, float middle, float g1) {
     return s <= 1.0 ? s : NOWHERE;
 }
 
-// The depth, from one on, at which a ray meets the ground, or what is so far above it
+// The depth, from one on, at which a ray meets the ground, or what is so far above it. With one exit: a return from a loop, or before
+// one, costs CPU drivers more than the loop.
 float march(vec3 eye, vec3 ray, float from, float above_m) {
-    float t = from;
+    float t = from, found = NOWHERE;
+    bool ends = false;
     if (eye.y < view.clip_below_m) {
-        if (ray.y <= 0.0) return NOWHERE;
+        ends = ray.y <= 0.0;
         t = max(t, (view.clip_below_m - eye.y) / ray.y);
     }
     eye.y -= above_m;
     if (eye.y + ray.y * t > relief_m.y) {
-        if (ray.y >= 0.0) return NOWHERE;
+        ends = ends || ray.y >= 0.0;
         t = (relief_m.y - eye.y) / ray.y;
     }
-    if (relief_m.x == relief_m.y) return t;
+    if (relief_m.x == relief_m.y) return ends ? NOWHERE : t;
     vec2 last = ground.samples - 1.0, at0 = (eye.xz + ground.folded_anchor_m + 0.5 * ground.size_m) * ground.samples_per_m;
     vec2 along = ray.xz * ground.samples_per_m;
     float nudge = 1e-3 / max(max(abs(along.x), abs(along.y)), 1e-6);  // a thousandth of a cell
     int level = top_level;
-    for (int i = 0; i < 4096 && t < range_m.y; i++) {
+    for (int i = 0; !ends && i < 4096 && t < range_m.y; i++) {
         // beyond its edge the ground goes on mirrored, or repeated
         vec2 at = at0 + along * t, copy = floor(at / last), inside = at - copy * last, direction = along;
         bvec2 turned = ground.beyond == REPEAT ? bvec2(false) : notEqual(mod(copy, 2.0), vec2(0.0));
@@ -70,17 +72,16 @@ float march(vec3 eye, vec3 ray, float from, float above_m) {
         if (min(y0, y1) > top) {
             t += span + nudge;
             level = min(level + 1, top_level);
-            continue;
-        }
-        if (level > 0) {
+        } else if (level > 0) {
             level--;
-            continue;
+        } else {
+            vec2 f0 = inside - low, f1 = f0 + direction * span;
+            float root = firstRoot(y0 - bilinear(corners, f0), 0.5 * (y0 + y1) - bilinear(corners, 0.5 * (f0 + f1)),
+                                   y1 - bilinear(corners, f1));
+            ends = root >= 0.0;
+            if (ends) found = t + root * span;
+            t += span + nudge;
         }
-        vec2 f0 = inside - low, f1 = f0 + direction * span;
-        float root = firstRoot(y0 - bilinear(corners, f0), 0.5 * (y0 + y1) - bilinear(corners, 0.5 * (f0 + f1)),
-                               y1 - bilinear(corners, f1));
-        if (root >= 0.0) return t + root * span;
-        t += span + nudge;
     }
-    return NOWHERE;
+    return found;
 }

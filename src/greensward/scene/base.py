@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeAlias, TypeVar, get_args, overload
 
@@ -46,8 +47,15 @@ def _as_text(path: Any) -> Any:
     return path.as_posix() if isinstance(path, Path) else path
 
 
+_PLAIN = frozenset({bool, int, float, str, type(None)})
+
+
 def _without_arrays(value: Any) -> Any:
     """The value with lists and numbers in the place of NumPy's arrays and scalars."""
+    if type(value) in _PLAIN or isinstance(value, BaseModel):
+        return value
+    if isinstance(value, tuple) and all(type(item) in _PLAIN or isinstance(item, BaseModel) for item in value):
+        return value
     if hasattr(value, "tolist"):
         return value.tolist()
     return [_without_arrays(item) for item in value] if isinstance(value, list | tuple) else value
@@ -186,8 +194,13 @@ class Model(BaseModel):
     def _holds_no_arrays(cls, values: Any) -> Any:
         if not isinstance(values, dict):
             return values
-        kept = {key for key, field in cls.model_fields.items() if takes_an_array(field)}
+        kept = _fields_of_arrays(cls)
         return {key: value if key in kept else _without_arrays(value) for key, value in values.items()}
+
+
+@cache
+def _fields_of_arrays(model: type[BaseModel]) -> frozenset[str]:
+    return frozenset(key for key, field in model.model_fields.items() if takes_an_array(field))
 
 
 def _told(error: ValidationError, model: type[BaseModel]) -> SceneError:

@@ -39,10 +39,10 @@ float openAt(vec2 xz, float footprint_m) {
 #ifdef CLEARINGS
     vec4 bounds = uintBitsToFloat(clearingTexel(0u));
     vec2 world = inWorld(xz);
-    if (any(lessThan(world, bounds.xy)) || any(greaterThan(world, bounds.zw))) return 1.0;
+    bool near = all(greaterThanEqual(world, bounds.xy)) && all(lessThanEqual(world, bounds.zw));
     float open = 1.0;
     uvec4 head = clearingTexel(1u);  // sizes of cells in use as bits, from a quarter of a metre; buckets less one
-    for (uint sizes = head.x; sizes != 0u; sizes &= sizes - 1u) {
+    for (uint sizes = near ? head.x : 0u; sizes != 0u && open > 0.0; sizes &= sizes - 1u) {
         int size = findLSB(sizes);
         float cell_m = 0.25 * exp2(float(size));
         vec2 local = floor(xz / cell_m);
@@ -54,7 +54,6 @@ float openAt(vec2 xz, float footprint_m) {
             uvec4 lies = clearingTexel(entry);
             if (lies.xyz == uvec3(uvec2(cell), uint(size))) open = min(open, openBeside(entry, xz - local * cell_m, footprint_m));
         }
-        if (open <= 0.0) return 0.0;
     }
     return open;
 #else

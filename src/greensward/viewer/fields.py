@@ -10,7 +10,7 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import BaseModel, ValidationError
 from pydantic_core import PydanticUndefined
 
-from greensward.scene import Grass, Scene, SceneError
+from greensward.scene import Clearing, Grass, Scene, SceneError
 from greensward.scene.base import is_for_python, names_a_file
 from greensward.scene.grass import species_table
 from greensward.scene.kinds import kind_of, models_in
@@ -242,6 +242,8 @@ def new_table(model: type[BaseModel], near_m: tuple[float, float, float]) -> Bas
     }
     if "centre_m" in values and len(get_args(model.model_fields["centre_m"].annotation)) == 2:
         values["centre_m"] = (x, z)
+    if model is Clearing:  # which is along a path or inside an outline
+        values = {"path": positions["path"], "width_m": 1.0}
     if kind := kind_of(model):
         values["kind"] = kind
     return model.model_validate(values)
