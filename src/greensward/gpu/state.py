@@ -208,6 +208,7 @@ class PreservedState:
         self._used = 0
         self._entries: list[_Entry] = []
         self._calls: _Calls = []
+        self._switches: Sequence[Any] = ()
         self._get_i_at = self._function("glGetIntegeri_v", _UINT, _UINT, ctypes.c_void_p)
         self._get_l_at = self._function("glGetInteger64i_v", _UINT, _UINT, ctypes.c_void_p)
         self._activate = self._function("glActiveTexture", _UINT)
@@ -226,6 +227,12 @@ class PreservedState:
             self._entry_of[span] = number
             if entry.fresh is not None:
                 self._fresh[span], self._is_fresh[span] = np.frombuffer(entry.fresh, np.uint32), True
+
+        self._fresh_bytes = self._fresh.tobytes()
+        self._slot_words = np.array([offset // 4 for offset, *_ in self._slots])
+        self._calls = [(call, _converted(call, lists)) for call, lists in self._calls]
+        self._blends = _converted(self._enabled_at, ([_BLEND] * _TARGETS, range(_TARGETS)))
+        (self._switches,) = _converted(self._enabled, (self._switches,))
 
     def _function(self, name: str, *kinds: Any, returns: Any = None) -> Callable[..., Any]:
         return self._loader(name, returns, *kinds)
@@ -361,6 +368,7 @@ class PreservedState:
         queries: list[int] = []
         indices: list[int] = []
         addresses: list[int] = []
+        self._slots_offset = self._used
         for name, (count, target, binding, *extent) in _BUFFERS.items():
             for slot in range(count):
                 offset, address = self._reserve("3q")
@@ -377,26 +385,26 @@ class PreservedState:
             queries.append(_IMAGE_QUERIES[0])
             indices.append(unit)
             addresses.append(address)
+        self._slots_bytes = self._used - self._slots_offset
         self._calls.append((self._get_i_at, (queries, indices, addresses)))
 
     # Reading and writing -----------------------------------------------------------------------------------
 
     def _read(self) -> bytes:
         memory, start = self._memory, self._start
+        ctypes.memset(start + self._slots_offset, 0, self._slots_bytes)
         for call, arguments in self._calls:
             deque(map(call, *arguments), maxlen=0)
         for at, count, answers in (
             (self._switch_offset, len(self._switches), map(self._enabled, self._switches)),
-            (self._blend_offset, _TARGETS, map(self._enabled_at, [_BLEND] * _TARGETS, range(_TARGETS))),
+            (self._blend_offset, _TARGETS, map(self._enabled_at, *self._blends)),
         ):
             struct.pack_into(f"={count}i", memory, at, *answers)
-        for offset, slot, queries, get in self._slots:
+        for number in np.flatnonzero(np.frombuffer(bytes(memory), np.uint32)[self._slot_words]).tolist():
+            offset, slot, queries, get = self._slots[number]
             width = 8 if get is self._get_l_at else 4
-            if any(memory[offset : offset + 4]):
-                for i, query in enumerate(queries, 1):
-                    get(query, slot, start + offset + i * width)
-            else:
-                ctypes.memset(start + offset, 0, width * (len(queries) + 1))
+            for i, query in enumerate(queries, 1):
+                get(query, slot, start + offset + i * width)
         self._get_i(_ACTIVE_TEXTURE, self._active_at)
         if self._units:
             active = ctypes.c_uint.from_address(self._active_at).value
@@ -408,9 +416,8 @@ class PreservedState:
 
     def _write_entries(self, which: Any, wanted: bytes) -> None:
         moved = False
-        for number in np.unique(self._entry_of[which]).tolist():
-            if number < 0:
-                continue  # the second answer
+        # less than 0: the second answer of what is told twice
+        for number in sorted({number for number in self._entry_of[which].tolist() if number >= 0}):
             entry = self._entries[number]
             entry.write(*entry.value(wanted))
             moved = moved or entry.name.startswith("bound_")
@@ -419,9 +426,9 @@ class PreservedState:
 
     def _freshen(self, now: bytes) -> None:
         """Change the state, as it is now, to one like a new context's in all that changes how something is drawn."""
-        words = np.frombuffer(now, np.uint32)
-        fresh = np.where(self._is_fresh, self._fresh, words)
-        self._write_entries(fresh != words, fresh.tobytes())
+        stale = (np.frombuffer(now, np.uint32) != self._fresh) & self._is_fresh
+        if stale.any():
+            self._write_entries(stale, self._fresh_bytes)
 
     def snapshot(self) -> dict[str, Any]:
         """Read all that `preserved` preserves, by name; equal dictionaries mean equal state."""
@@ -439,7 +446,7 @@ class PreservedState:
         fresh, and stays as it is left.
         """
         if not write_back:
-            self._write_entries(self._is_fresh, self._fresh.tobytes())
+            self._write_entries(self._is_fresh, self._fresh_bytes)
             self._ctx.mglo.enable_only(moderngl.NOTHING)
             yield
             return
@@ -452,6 +459,11 @@ class PreservedState:
             _write_notes(self._ctx, notes, lambda name: self._entry[name].value(before)[0] != 0)
             differs = np.frombuffer(before, np.uint32) != np.frombuffer(self._read(), np.uint32)
             self._write_entries(differs, before)
+
+
+def _converted(call: Any, lists: Sequence[Sequence[Any]]) -> tuple[Sequence[Any], ...]:
+    """The arguments of many calls as the function takes them, so that none is converted again."""
+    return tuple([kind(value) for value in values] for kind, values in zip(call.argtypes, lists, strict=True))
 
 
 def _writer(
