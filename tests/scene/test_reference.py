@@ -30,7 +30,8 @@ def test_every_key_has_help_and_a_row():
 def test_rows_tell_type_default_range_and_unit():
     page = reference(SETTINGS)
     for row in (
-        "| `fov_y_deg` | number | `50` | above 0.1 below 170 | ° | Vertical field of view. |",
+        "| `fov_y_deg` | number | `50` | above 0.1 to 360 | ° | "
+        "Vertical field of view; below 170 unless it is a fisheye. |",
         "| `width_m` | 2 numbers | `[0.003, 0.006]` | from 0.0001 to 2 | m | Greatest width. |",
         "| `seed` | whole number | `1` | from 0 to 4294967295 |  | Seed of all randomness. |",
         "| `enabled` | true or false | `true` |  |  | Shadows of grass, objects and ground on or off. |",

@@ -194,3 +194,19 @@ def test_a_ray_meets_the_ground_where_it_should():
     assert hit is not None
     assert hit[1] == pytest.approx(float(heights.height(hit[0], hit[2])), abs=1e-3)
     assert ground_hit(heights, start, np.array([0.0, 1.0, 0.0])) is None
+
+
+def test_zooming_changes_every_kind_of_lens():
+    flat = HeightField(np.zeros((2, 2), np.float32), (100.0, 100.0))
+    measured = CameraController(gs.Camera(fx_px=100.0, fy_px=90.0), flat)
+    measured.zoom(0.5)
+    assert (measured.camera().fx_px, measured.camera().fy_px) == (200.0, 180.0)
+    parallel = CameraController(gs.Camera(projection="orthographic", view_height_m=8.0), flat)
+    parallel.zoom(0.5)
+    assert parallel.camera().view_height_m == 4.0
+
+
+@pytest.mark.parametrize("lens", [{"projection": "fisheye", "fov_y_deg": 180.0}, {"distortion": (-0.2,)}])
+def test_a_window_shows_straight_lines(lens):
+    flat = HeightField(np.zeros((2, 2), np.float32), (100.0, 100.0))
+    assert CameraController(gs.Camera(**lens), flat).camera().is_straight

@@ -59,7 +59,7 @@ _WIDEST_PINHOLE_DEG = 170.0
 
 
 class Camera(Model):
-    """A camera. `animate`, the viewer and `draw` need one without distortion that is no fisheye."""
+    """A camera. Fisheyes and distortion are for `render` and `animate` with samples; a window shows a pinhole."""
 
     position_m: Point = default((0.0, 1.7, 8.0))
     """Position."""

@@ -57,7 +57,8 @@ class CameraController:
 
     def set_camera(self, camera: Camera) -> None:
         """Take position, direction and lens of a camera."""
-        self.lens = camera
+        # a window shows straight lines; from what bends them, the middle of the picture
+        self.lens = camera if camera.is_straight else camera.model_copy(update=_straight(camera))
         try:
             position, target = place(camera, self._heights)
         except GreenswardError:  # below the ground, say; the renderer reports it
@@ -108,8 +109,11 @@ class CameraController:
 
     def zoom(self, factor: float) -> None:
         """Multiply the field of view by a factor."""
-        fov = min(max(self.lens.fov_y_deg * factor, _FOV_DEG[0]), _FOV_DEG[1])
-        self.lens = self.lens.model_copy(update={"fov_y_deg": fov})
+        lens = self.lens
+        fov = min(max(lens.fov_y_deg * factor, _FOV_DEG[0]), _FOV_DEG[1])
+        measured = {name: px / factor for name in ("fx_px", "fy_px") if (px := getattr(lens, name)) is not None}
+        height = {"view_height_m": lens.view_height_m * factor} if lens.projection == "orthographic" else {}
+        self.lens = lens.model_copy(update={"fov_y_deg": fov, **measured, **height})
 
     @property
     def forward_ws(self) -> Floats:
@@ -220,6 +224,13 @@ class CameraController:
     def _pivot(self, distance_m: float) -> Floats:
         hit = ground_hit(self._heights, self.position_ws, self.forward_ws, 60.0)
         return hit if hit is not None else self.position_ws + min(distance_m, 30.0) * self.forward_ws
+
+
+def _straight(camera: Camera) -> dict[str, object]:
+    if camera.projection == "perspective":
+        return {"distortion": ()}
+    lens = dict.fromkeys(("fx_px", "fy_px", "cx_px", "cy_px", "calibrated_px"))
+    return {"projection": "perspective", "fov_y_deg": min(camera.fov_y_deg, _FOV_DEG[1]), **lens}
 
 
 def ground_hit(
