@@ -89,13 +89,13 @@ def test_a_program_moves_objects_by_name():
 
 @pytest.mark.parametrize("wrong", [np.zeros((4, 4)), np.diag([3.0, 3.0, 3.0, 1.0]), np.diag([1.0, 1.0, -1.0, 1.0])])
 def test_a_matrix_that_does_more_than_turn_and_move_is_told(wrong):
-    with pytest.raises(InputError, match="scripts: ball: must return a matrix that only turns and moves"):
+    with pytest.raises(InputError, match="scripts: ball: must be a matrix that only turns and moves"):
         Placing([_ball()], _FLAT, {"ball": lambda _: wrong}).at(0.0)
 
 
 @pytest.mark.parametrize("wrong", [(1.0, 2.0), (np.nan, 0.0, 0.0), np.zeros((3, 3))])
 def test_a_program_that_returns_nonsense_is_told(wrong):
-    with pytest.raises(InputError, match="scripts: ball: must return 3 finite numbers"):
+    with pytest.raises(InputError, match="scripts: ball: must be 3 finite numbers"):
         Placing([_ball()], _FLAT, {"ball": lambda _: wrong}).at(0.0)
 
 
