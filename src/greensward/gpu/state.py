@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import moderngl
@@ -203,7 +204,7 @@ class PreservedState:
 
     def __init__(self, ctx: moderngl.Context, loader: Callable[..., Callable[..., Any]]) -> None:
         self._ctx, self._loader = ctx, loader
-        self._memory = (ctypes.c_char * 8192)()
+        self._memory = (ctypes.c_char * 2048)()
         self._start = ctypes.addressof(self._memory)
         self._used = 0
         self._entries: list[_Entry] = []
@@ -502,15 +503,24 @@ def _image_writer(put: Callable[..., Any], exists: Callable[..., Any], unit: int
     return lambda *image: put(unit, *(image if image[0] and exists(image[0]) else _NO_IMAGE))
 
 
+_noted, _noted_of_framebuffer = attrgetter(*_NOTES), attrgetter(*_FRAMEBUFFER_NOTES)
+
+
+def _note(owner: Any, names: Sequence[str], now: Sequence[Any], saved: Sequence[Any]) -> None:
+    for name, value, before in zip(names, now, saved, strict=True):
+        if value != before:
+            setattr(owner, name, before)
+
+
 def _read_notes(ctx: moderngl.Context, framebuffers: tuple[moderngl.Framebuffer, ...]) -> dict[str, Any]:
     bound = ctx.mglo.fbo
     return {
         "fbo": ctx.fbo,
         "bound": bound,
         "scissor": bound.scissor,
-        "context": {name: getattr(ctx.mglo, name) for name in _NOTES},
+        "context": _noted(ctx.mglo),
         "framebuffers": [
-            (each, {name: getattr(each, name) for name in _FRAMEBUFFER_NOTES})
+            (each, _noted_of_framebuffer(each))
             for each in (bound, *(framebuffer.mglo for framebuffer in framebuffers))
         ],
     }
@@ -522,8 +532,9 @@ def _write_notes(ctx: moderngl.Context, notes: dict[str, Any], was_on: Callable[
     ctx.mglo.fbo = bound = notes["bound"]
     if bound.scissor != notes["scissor"]:
         bound.scissor = notes["scissor"] if was_on("scissor_test") else None
-    for owner, saved in ((ctx.mglo, notes["context"]), *notes["framebuffers"]):
-        for name, value in saved.items():
-            if getattr(owner, name) != value:
-                setattr(owner, name, value)
+    if (now := _noted(ctx.mglo)) != notes["context"]:
+        _note(ctx.mglo, _NOTES, now, notes["context"])
+    for each, saved in notes["framebuffers"]:
+        if (now := _noted_of_framebuffer(each)) != saved:
+            _note(each, _FRAMEBUFFER_NOTES, now, saved)
     ctx.mglo.enable_only(sum(flag for name, flag in _FLAGS.items() if was_on(name)))
