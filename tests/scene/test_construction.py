@@ -15,7 +15,7 @@ _AT = (0.0, 0.0, 0.0)
 @pytest.mark.parametrize(
     ("build", "expected"),
     [
-        (lambda: gs.Camera(fov_y_deg=300), ["Camera: fov_y_deg: must be below 170 (got 300)"]),
+        (lambda: gs.Camera(fov_y_deg=400), ["Camera: fov_y_deg: must be at most 360 (got 400)"]),
         (lambda: gs.Camera(_AT), ["Camera: takes values by key only, such as Camera(position_m=…)"]),
         (lambda: winds.Strong(direction_dog=3), ["Strong: direction_dog: unknown key; did you mean direction_deg?"]),
         (lambda: gs.Grass(color=3, share=-1), 2),

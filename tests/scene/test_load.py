@@ -208,7 +208,7 @@ def test_every_preset_loads_and_has_a_title(name):
         ("object = [{kind = 'box', position_m = [1]}]", "object[0].position_m: must hold 3 values (got 1)"),
         ("camera = {near_m = 10, far_m = 1}", "camera: far_m must be above near_m"),
         ("camera.target_m = [0, 1e7, 0]", "camera.target_m[1]: must be at most 1000000 (got 10000000.0)"),
-        ("camera.fov_y_deg = 170", "camera.fov_y_deg: must be below 170 (got 170)"),
+        ("camera.fov_y_deg = 170", 'camera: fov_y_deg must be below 170 (got 170), or projection = "fisheye"'),
         ("shadows.enabled = 1", "shadows.enabled: must be true or false (got 1)"),
         (
             "technique.name = 'bilboards'",

@@ -86,5 +86,15 @@ def draw(folder: Path) -> npt.NDArray[np.bool_]:
     with gs.Renderer(scene, device=gs.Device("cpu")) as drawn:
         print(drawn.updates_in_place(SCENE), drawn.device.limits.picture_px)
         drawn.update("meadow")
+        view_from_world, clip_from_view = drawn.camera_matrices()
+        seen = gs.camera_from_matrices(view_from_world, clip_from_view, (64, 36))
+        wide: gs.Camera = gs.camera_from_opencv(np.eye(3), np.eye(4), fisheye=True, size_px=(64, 36))
+        target = drawn.ctx.simple_framebuffer((64, 36))
+        drawn.draw_eyes([gs.Eye(target, seen), gs.Eye(target, layer=1)], encoding="hdr", sky=False)
+        drawn.draw(target, view_from_world=view_from_world, clip_from_view=clip_from_view, ground=False)
+        drawn.place("ball", (1, 2, 3))
+        hit = drawn.hit(wide.position_m, np.array([0, -1, 0]))
+        if hit and hit.blade:
+            print(hit.point_m, hit.blade.species, drawn.blade(hit.blade_id), drawn.light().exposure)
     gs.show(scene, time_s=1).playing = False
     return np.equal(frame.truth["class"], gs.SurfaceClass.GRASS)
