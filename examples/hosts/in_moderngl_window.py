@@ -23,7 +23,7 @@ class Meadow(moderngl_window.WindowConfig):
         self.cube = Cube(self.ctx)
         self.grass = gs.Renderer(meadow(), size=self.wnd.buffer_size, ctx=self.ctx)
 
-    def on_render(self, time, frame_time):
+    def on_render(self, time, _):
         screen, (width, height) = self.wnd.fbo, self.wnd.buffer_size
         screen.use()
         self.ctx.clear(depth=1.0)

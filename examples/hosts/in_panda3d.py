@@ -66,7 +66,7 @@ class Meadow(ShowBase):
             sys.exit()
         return task.cont
 
-    def draw_grass(self, data):
+    def draw_grass(self, _):
         if self.grass is None:  # the first time that Panda3D's context is current
             self.ctx = moderngl.create_context(require=430)
             self.grass = gs.Renderer(meadow(), ctx=self.ctx)

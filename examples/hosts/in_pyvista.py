@@ -15,22 +15,24 @@ def matrix(vtk_matrix):
 
 
 class Grass:
-    """Draws grass into a renderer of VTK after the opaque and transparent things of that renderer."""
+    """Draws grass into a renderer of VTK, after all that the renderer draws."""
 
     def __init__(self, renderer, scene):
         self.renderer, self.scene, self.grass, self.time_s = renderer, scene, None, 0.0
-        # VTK fits near and far to its own things; the meadow is longer
-        camera = renderer.camera
-        renderer.AddObserver("ResetCameraClippingRangeEvent", lambda *_: camera.SetClippingRange(0.1, 500.0))
+        # VTK fits the clipping range to its own things; the meadow is longer
+        renderer.AddObserver("StartEvent", lambda *_: renderer.camera.SetClippingRange(0.1, 500.0))
         renderer.AddObserver("EndEvent", self.draw)
 
     def draw(self, *_):
         if self.grass is None:  # the first time that VTK's context is current
             self.ctx = moderngl.create_context(require=430)
             self.grass = gs.Renderer(self.scene, ctx=self.ctx)
+        target = self.ctx.detect_framebuffer()  # VTK's own, with the viewport of this renderer
+        # moderngl has chosen another texture unit for that, and VTK remembers which one it chose itself
+        self.renderer.GetRenderWindow().GetState().ResetGLActiveTexture()
         camera, aspect = self.renderer.camera, self.renderer.GetTiledAspectRatio()
         self.grass.draw(
-            self.ctx.detect_framebuffer(),  # VTK's own, with the viewport of this renderer
+            target,
             self.time_s,
             view_from_world=matrix(camera.GetViewTransformMatrix()),
             clip_from_view=matrix(camera.GetProjectionTransformMatrix(aspect, -1.0, 1.0)),
@@ -48,7 +50,7 @@ def main():
     start, frame = time.perf_counter(), 0
     while not plotter.iren.interactor.GetDone() and frame != chosen.frames:
         frame, grass.time_s = frame + 1, time.perf_counter() - start
-        ball.position = 0.0, 0.7 + 0.2 * np.sin(grass.time_s), 0.0
+        ball.position = 0.0, 0.4 + 0.1 * np.sin(grass.time_s), 0.0
         plotter.update(force_redraw=True)
     if chosen.out:
         plotter.screenshot(chosen.out)
