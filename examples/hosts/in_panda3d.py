@@ -71,12 +71,10 @@ class Meadow(ShowBase):
             self.ctx = moderngl.create_context(require=430)
             self.grass = gs.Renderer(meadow(), ctx=self.ctx)
         target = self.ctx.detect_framebuffer()
-        self.grass.draw(
-            target,
-            self.clock.getFrameTime(),
-            view_from_world=TURN @ matrix(self.render.getMat(self.cam)) @ TURN.T,
-            clip_from_view=matrix(self.camLens.getProjectionMat()) @ TURN.T,
-        )
+        time_s = self.clock.getFrameTime()
+        view_from_world = TURN @ matrix(self.render.getMat(self.cam)) @ TURN.T
+        clip_from_view = matrix(self.camLens.getProjectionMat()) @ TURN.T
+        self.grass.draw(target, time_s, view_from_world=view_from_world, clip_from_view=clip_from_view)
         self.frame += 1
         if self.frame == self.chosen.frames and self.chosen.out:
             save(target, (self.win.getXSize(), self.win.getYSize()), self.chosen.out)

@@ -10,13 +10,10 @@ import greensward as gs
 def main():
     chosen = options(__doc__)
     pygame.display.init()
-    for name, value in (
-        (pygame.GL_CONTEXT_MAJOR_VERSION, 4),
-        (pygame.GL_CONTEXT_MINOR_VERSION, 3),
-        (pygame.GL_CONTEXT_PROFILE_MASK, pygame.GL_CONTEXT_PROFILE_CORE),
-        (pygame.GL_DEPTH_SIZE, 24),
-    ):
-        pygame.display.gl_set_attribute(name, value)
+    pygame.display.gl_set_attribute(pygame.GL_CONTEXT_MAJOR_VERSION, 4)
+    pygame.display.gl_set_attribute(pygame.GL_CONTEXT_MINOR_VERSION, 3)
+    pygame.display.gl_set_attribute(pygame.GL_CONTEXT_PROFILE_MASK, pygame.GL_CONTEXT_PROFILE_CORE)
+    pygame.display.gl_set_attribute(pygame.GL_DEPTH_SIZE, 24)
     pygame.display.set_mode(chosen.size, pygame.OPENGL | pygame.DOUBLEBUF | pygame.RESIZABLE)
     pygame.display.set_caption("greensward in pygame")
 

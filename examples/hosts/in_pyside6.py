@@ -22,7 +22,7 @@ class Meadow(QOpenGLWidget):
         self.resize(*chosen.size)
         self.frameSwapped.connect(self.next)
 
-    def initializeGL(self):  # noqa: N802  # Qt's name
+    def initializeGL(self):  # noqa: N802  # as Qt calls it
         self.ctx = moderngl.create_context(require=430)
         self.cube = Cube(self.ctx)
         self.grass = gs.Renderer(meadow(), ctx=self.ctx)

@@ -31,12 +31,9 @@ class Grass:
         # moderngl has chosen another texture unit for that, and VTK remembers which one it chose itself
         self.renderer.GetRenderWindow().GetState().ResetGLActiveTexture()
         camera, aspect = self.renderer.camera, self.renderer.GetTiledAspectRatio()
-        self.grass.draw(
-            target,
-            self.time_s,
-            view_from_world=matrix(camera.GetViewTransformMatrix()),
-            clip_from_view=matrix(camera.GetProjectionTransformMatrix(aspect, -1.0, 1.0)),
-        )
+        view_from_world = matrix(camera.GetViewTransformMatrix())
+        clip_from_view = matrix(camera.GetProjectionTransformMatrix(aspect, -1.0, 1.0))
+        self.grass.draw(target, self.time_s, view_from_world=view_from_world, clip_from_view=clip_from_view)
 
 
 def main():

@@ -55,9 +55,9 @@ def meadow():
     )
 
 
-def orbit(time_s, aspect, start=0.6):
+def orbit(time_s, aspect):
     """A camera that circles around the cube: view_from_world and clip_from_view, for column vectors."""
-    angle, near, far = start + 0.1 * time_s, 0.1, 500.0
+    angle, near, far = 0.6 + 0.1 * time_s, 0.1, 500.0
     eye = np.array([4.5 * np.sin(angle), 1.4, 4.5 * np.cos(angle)])
     back = (eye - (0.0, 0.7, 0.0)) / np.linalg.norm(eye - (0.0, 0.7, 0.0))
     right = np.cross((0.0, 1.0, 0.0), back) / np.linalg.norm(np.cross((0.0, 1.0, 0.0), back))
