@@ -16,6 +16,8 @@ def main():
     glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
     glfw.window_hint(glfw.SAMPLES, 4)
     window = glfw.create_window(*chosen.size, "greensward in GLFW", None, None)
+    if not window:
+        raise SystemExit("GLFW finds no OpenGL 4.3")
     glfw.make_context_current(window)
     glfw.swap_interval(1)
 

@@ -44,6 +44,10 @@ class Meadow(QOpenGLWidget):
         self.frame += 1
 
     def next(self):
+        if self.format().version() < (4, 3):  # Qt takes less without a word
+            print("Qt finds no OpenGL 4.3", file=sys.stderr)
+            QApplication.exit(1)
+            return
         if self.frame != self.chosen.frames:
             self.update()
             return

@@ -44,6 +44,8 @@ def main():
     plotter.camera.view_angle = 44.0
     grass = Grass(plotter.renderer, meadow())
     plotter.show(auto_close=False, interactive_update=True)
+    if grass.grass is None:
+        raise SystemExit(1)  # VTK has printed the error, and goes on
     start, frame = time.perf_counter(), 0
     while not plotter.iren.interactor.GetDone() and frame != chosen.frames:
         frame, grass.time_s = frame + 1, time.perf_counter() - start
