@@ -93,6 +93,11 @@ sys.exit(1)
 PROBE
 }
 
+# Are these shared libraries there?
+loads() {
+  "$python" -c 'import ctypes, sys; [ctypes.CDLL(name) for name in sys.argv[1:]]' "$@" 2>/dev/null
+}
+
 fill_venv() {
   local base=$1 extras=$2 stamp now
   if [ -e "$root/.venv" ] && ! "$python" -c 'import pip, sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then

@@ -2,6 +2,8 @@
 
 import ctypes
 import os
+import shutil
+import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -86,6 +88,26 @@ def _packed(mesh: TriMesh, most: int = 64) -> npt.NDArray[np.float64]:
 
 
 colliders.packed = _packed  # type: ignore[attr-defined]
+
+
+@pytest.fixture(scope="session")
+def display() -> Iterator[str]:
+    """The name of an X server of our own, without a screen."""
+    if not shutil.which("Xvfb"):
+        pytest.skip("Xvfb is not installed: sudo apt install xvfb")
+    read, write = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x800x24", "-nolisten", "tcp", "-noreset"],
+        pass_fds=[write],
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(write)
+    with os.fdopen(read) as pipe:
+        number = pipe.readline().strip()
+    assert number, "Xvfb did not start"
+    yield f":{number}"
+    server.terminate()
+    server.wait()
 
 
 @pytest.fixture(scope="session")

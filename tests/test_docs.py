@@ -32,6 +32,12 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
+def is_excerpt(text: str, example: Path) -> bool:
+    """Whether lines stand in an example, in this order: one that needs a window, which its own tests run."""
+    lines = iter([line.strip() for line in example.read_text(encoding="utf-8").splitlines()])
+    return all(line.strip() in lines for line in filter(str.strip, text.splitlines()))
+
+
 @pytest.fixture
 def tiny(thin_fields, monkeypatch, tmp_path):
     """A folder to work in; every renderer draws a small picture of a thin field."""
@@ -69,6 +75,8 @@ def test_commands_and_code_run_in_the_order_of_the_page(page, tiny, monkeypatch)
                 run_command(line, monkeypatch)
         elif language == "python":
             exec(compile(text, f"{page.name}: {text.splitlines()[0]}", "exec"), names)
+        elif language == "py":
+            assert any(is_excerpt(text, example) for example in (ROOT / "examples").rglob("*.py")), text
         elif language == "toml":
             folder = tiny / "hillside" if (tiny / "hillside").is_dir() else tiny
             (folder / "snippet.toml").write_text(text, encoding="utf-8")

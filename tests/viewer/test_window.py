@@ -1,10 +1,8 @@
 """A window for real, on an X server without a screen; and what is said where none can open."""
 
 import os
-import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,25 +13,6 @@ pytest.importorskip("imgui_bundle", reason="the extra viewer is not installed", 
 pytest.importorskip("glfw", reason="the extra viewer is not installed", exc_type=ImportError)
 
 TESTS = Path(__file__).parents[1]
-needs_x = pytest.mark.skipif(not shutil.which("Xvfb"), reason="Xvfb is not installed: sudo apt install xvfb")
-
-
-@pytest.fixture(scope="module")
-def display() -> Iterator[str]:
-    """An X server of our own."""
-    read, write = os.pipe()
-    server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x800x24", "-nolisten", "tcp", "-noreset"],
-        pass_fds=[write],
-        stderr=subprocess.DEVNULL,
-    )
-    os.close(write)
-    with os.fdopen(read) as pipe:
-        number = pipe.readline().strip()
-    assert number, "Xvfb did not start"
-    yield f":{number}"
-    server.terminate()
-    server.wait()
 
 
 def _python(code: str, folder: Path, **env: str | None) -> subprocess.CompletedProcess[str]:
@@ -99,7 +78,6 @@ print("driven")
 
 
 @pytest.mark.slow
-@needs_x
 def test_a_window_is_driven_from_start_to_end(display, tmp_path):
     done = _python(DRIVEN, tmp_path, DISPLAY=display)
     assert done.stdout.strip() == "driven", done.stderr
@@ -128,7 +106,6 @@ print("left after", count)
 
 
 @pytest.mark.slow
-@needs_x
 def test_the_loop_runs_until_the_window_closes(display, tmp_path):
     done = _python(LOOP, tmp_path, DISPLAY=display)
     assert done.stdout.strip() == "left after 30", done.stderr
@@ -155,7 +132,6 @@ main(["view", "yan2024-random", "--size", "320x240"])
 
 
 @pytest.mark.slow
-@needs_x
 @pytest.mark.parametrize(
     "deed",
     [
@@ -176,7 +152,6 @@ VIEW = 'from greensward.cli import main; main(["view", "yan2024-random"])'
 
 
 @pytest.mark.slow
-@needs_x
 def test_an_old_opengl_is_reported(display, tmp_path):
     done = _python(VIEW, tmp_path, DISPLAY=display, MESA_GL_VERSION_OVERRIDE="3.3", LIBGL_ALWAYS_SOFTWARE="1")
     assert done.returncode == 1
