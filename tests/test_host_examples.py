@@ -57,7 +57,7 @@ def draw_eyes(self, *eyes, **how):
     drawn(self, *eyes, **how)
     {resize}
 gs.Renderer.draw_eyes = draw_eyes
-sys.argv = ["", "--size", "240x150", "--frames", "4", "-o", sys.argv[1]]
+sys.argv = ["", "--size", "96x60", "--frames", "4", "-o", sys.argv[1]]
 runpy.run_path({path!r}, run_name="__main__")
 """
 
@@ -128,7 +128,9 @@ def test_grass_stands_before_and_behind_what_the_host_draws(display, tmp_path, h
 @pytest.mark.slow
 def test_items_of_a_data_set_are_the_same_in_every_process(monkeypatch, tmp_path):
     out = tmp_path / "sheet.png"
-    done = python("", str(EXAMPLES / "dataset.py"), "--size", "64x36", "--items", "3", "-o", str(out))
+    done = python(
+        "", str(EXAMPLES / "dataset.py"), "--size", "64x36", "--items", "3", "--workers", "1", "-o", str(out)
+    )
     assert (done.returncode, done.stderr) == (0, "")
     monkeypatch.syspath_prepend(str(EXAMPLES))
     names = runpy.run_path(str(EXAMPLES / "dataset.py"))

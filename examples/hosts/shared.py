@@ -51,7 +51,7 @@ def meadow():
     return gs.Scene(
         grass=[gs.Grass(species="meadow-grass", width_m=(0.006, 0.012)), gs.Grass(species="daisy", share=0.08)],
         sowing=gs.Sowing(density_per_m2=150, reach_m=40),
-        shadows=gs.Shadows(size_px=512, cascades=1),
+        shadows=gs.Shadows(size_px=256, cascades=1),
     )
 
 
