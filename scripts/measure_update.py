@@ -49,6 +49,7 @@ def updates(size: tuple[int, int], runs: int) -> list[dict[str, Any]]:
     before = gs.load("meadow")
     rows = []
     with gs.Renderer(before, size=size) as renderer:
+        renderer.device.make_current()
         for name, change in CHANGES.items():
             times: list[tuple[float, float]] = []
             for run in range(runs):

@@ -340,6 +340,62 @@ def embed(size: Size, samples: int) -> Picture:
     return example("embed", "embed.png", size, samples)
 
 
+def hosts(size: Size, samples: int) -> Picture:  # noqa: ARG001
+    """Windows of other libraries, on an X server without a screen."""
+    names = "moderngl_window", "pyside6", "pyvista", "panda3d"
+    with tempfile.TemporaryDirectory() as folder:
+        panels = []
+        for name in names:
+            out, program = Path(folder) / f"{name}.png", ROOT / "examples" / "hosts" / f"in_{name}.py"
+            options = ["--size", f"{size[0]}x{size[1]}", "--frames", "3", "-o", str(out)]
+            command = ["xvfb-run", "-a", "-s", "-screen 0 1280x800x24", sys.executable, str(program), *options]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            panels.append(labelled(np.array(Image.open(out).convert("RGB")), name.replace("_", "-")))
+    return sheet(panels, 2)
+
+
+def lenses(size: Size, samples: int) -> Picture:
+    scene = gs.load("meadow")
+    camera, (x, _, z) = scene.camera, scene.camera.position_m
+    above = {"position_m": (x, 6.0, z - 5.0), "target_m": (x, 0.0, z - 5.01), "view_height_m": 9.0}
+    cameras = {
+        "fisheye, 180°": {"projection": "fisheye", "fov_y_deg": 180.0},
+        "distortion": {"fov_y_deg": 65.0, "distortion": (-0.25, 0.06)},
+        "orthographic": {"projection": "orthographic", **above},
+        "roll": {"roll_deg": 20.0},
+    }
+    return sheet(
+        [
+            labelled(draw(scene, size, samples, camera=camera.model_copy(update=lens)).image, name)
+            for name, lens in cameras.items()
+        ],
+        2,
+    )
+
+
+def clearing(size: Size, samples: int) -> Picture:
+    """A road, a fence beside it, and a house that keeps its feet clear."""
+    road = ((-5.0, 30.0), (-1.0, 8.0), (2.5, -4.0), (1.0, -18.0), (-8.0, -40.0))
+    scene = gs.Scene(
+        ground=gs.grounds.NoiseGround(size_m=(300.0, 300.0), height_m=3.0, wavelength_m=90.0, octaves=3),
+        grass=(
+            gs.Grass(species="meadow-grass", share=0.6),
+            gs.Grass(species="fescue", share=0.3),
+            gs.Grass(species="daisy", share=0.1),
+        ),
+        sowing=gs.Sowing(density_per_m2=900.0),
+        clear=(gs.Clearing(path=road, width_m=2.6, edge_m=0.7, smooth=True),),
+        fence=(gs.Fence(path=((5.5, 4.0), (5.0, -6.0), (4.5, -18.0), (0.0, -32.0)), weathered=0.8),),
+        object=(
+            gs.objects.Box(position_m=(-6.0, -0.2, -9.0), size_m=(5.0, 2.9, 4.0), yaw_deg=20.0, colour="#b9ab92"),
+            gs.objects.Box(position_m=(-6.0, 2.5, -9.0), size_m=(5.6, 0.25, 4.6), yaw_deg=20.0, colour="#6d4a3a"),
+        ),
+        sun=gs.Sun(azimuth_deg=130.0, elevation_deg=28.0),
+        camera=gs.Camera(position_m=(0.5, 2.1, 9.0), target_m=(-0.6, 0.9, -6.0), fov_y_deg=48.0),
+    )
+    return draw(scene, size, samples, 1.0).image
+
+
 def oasis(size: Size, samples: int) -> Picture:
     return draw(gs.load("jahrmann2013-oasis"), size, samples, 1.0).image
 
@@ -500,7 +556,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "hillside-far.jpg": (hillside_far, (1600, 900), 16),
     "balls.jpg": (balls, (560, 315), 8),
     "helicopter.jpg": (helicopter, (640, 360), 8),
-    "tracks.jpg": (tracks, (1280, 720), 16),
+    "tracks.webp": (tracks, (960, 540), 16),
     "planet.jpg": (planet, (1280, 720), 16),
     "cow.jpg": (cow, (1280, 720), 16),
     "oasis.jpg": (oasis, (1280, 720), 16),
@@ -515,7 +571,10 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "far-level.jpg": (far_level, (1120, 315), 16),
     "growth.jpg": (growth, (400, 300), 16),
     "colours.webp": (colours, (336, 210), 16),
+    "clearing.webp": (clearing, (800, 450), 16),
     "embed.jpg": (embed, (960, 540), 16),
+    "lenses.webp": (lenses, (400, 240), 16),
+    "hosts.webp": (hosts, (400, 225), 1),
     "viewer.jpg": (viewer_window, (1280, 800), 16),
     "viewer-mow.jpg": (viewer_mow, (1280, 800), 16),
     "viewer-split.jpg": (viewer_split, (1280, 800), 16),
