@@ -357,8 +357,8 @@ def hosts(size: Size, samples: int) -> Picture:  # noqa: ARG001
 def lenses(size: Size, samples: int) -> Picture:
     scene = gs.load("meadow")
     camera, (x, _, z) = scene.camera, scene.camera.position_m
-    above = {"position_m": (x, 6.0, z - 5.0), "target_m": (x, 0.0, z - 5.01), "view_height_m": 9.0}
-    cameras = {
+    above: dict[str, Any] = {"position_m": (x, 6.0, z - 5.0), "target_m": (x, 0.0, z - 5.01), "view_height_m": 9.0}
+    cameras: dict[str, dict[str, Any]] = {
         "fisheye, 180°": {"projection": "fisheye", "fov_y_deg": 180.0},
         "distortion": {"fov_y_deg": 65.0, "distortion": (-0.25, 0.06)},
         "orthographic": {"projection": "orthographic", **above},

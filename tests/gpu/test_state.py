@@ -206,6 +206,7 @@ def test_drawing_starts_from_the_same_state_whatever_the_caller_did(
 ) -> None:
     kept_by_whoever_draws = {
         *("draw_framebuffer", "read_framebuffer", "viewport", "scissor_box", "clear_depth", "clear_color"),
+        *("unpack_alignment", "pack_alignment"),
         *("program", "vertex_array", "active_texture", "moderngl", "blend_factors0", "blend_equations0"),
         *(f"{kind}{i}" for kind in ("bound_2d", "bound_2d_array") for i in range(64)),
         *(f"{kind}{i}" for kind in ("uniform_buffer", "shader_storage_buffer", "image") for i in range(64)),

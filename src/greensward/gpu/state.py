@@ -99,18 +99,18 @@ _VALUES = (
         needs="GL_ARB_clip_control",
     ),
     *(
-        _Value(name, (query,), "glPixelStorei", (_INT,), (fresh,), (query,))
+        _Value(name, (query,), "glPixelStorei", (_INT,), fresh, (query,))
         for name, query, fresh in (
-            ("unpack_alignment", 0x0CF5, 4),
-            ("unpack_row_length", 0x0CF2, 0),
-            ("unpack_skip_rows", 0x0CF3, 0),
-            ("unpack_skip_pixels", 0x0CF4, 0),
-            ("unpack_image_height", 0x806E, 0),
-            ("unpack_skip_images", 0x806D, 0),
-            ("pack_alignment", 0x0D05, 4),
-            ("pack_row_length", 0x0D02, 0),
-            ("pack_skip_rows", 0x0D03, 0),
-            ("pack_skip_pixels", 0x0D04, 0),
+            ("unpack_alignment", 0x0CF5, None),  # moderngl sets both whenever it needs them
+            ("unpack_row_length", 0x0CF2, (0,)),
+            ("unpack_skip_rows", 0x0CF3, (0,)),
+            ("unpack_skip_pixels", 0x0CF4, (0,)),
+            ("unpack_image_height", 0x806E, (0,)),
+            ("unpack_skip_images", 0x806D, (0,)),
+            ("pack_alignment", 0x0D05, None),
+            ("pack_row_length", 0x0D02, (0,)),
+            ("pack_skip_rows", 0x0D03, (0,)),
+            ("pack_skip_pixels", 0x0D04, (0,)),
         )
     ),
 )
