@@ -174,6 +174,35 @@ def test_the_first_call_for_another_object_builds_anew(renderer):
     assert np.array_equal(picture, expected.render(0.1).image)
 
 
+def test_scenery_comes_and_goes_without_building_the_field_anew(renderer):
+    def crates(*places):
+        return [
+            {**_BOX, "name": f"crate{i}", "position_m": place, "clears": False, "colour": "#aa3311"}
+            for i, place in enumerate(places)
+        ]
+
+    tree = {**_BOX, "name": "tree", "position_m": [3.0, 0.0, -3.0]}
+    places = [0.0, 0.0, 1.0], [1.5, 0.0, 0.0]
+    drawn = renderer(small_scene(object=[tree, *crates(places[0])]), size=_SIZE)
+    drawn.render(1.0)
+    world = drawn._world
+    both = small_scene(object=[tree, *crates(*places)])
+    assert drawn.updates_in_place(both)
+    drawn.update(both)
+    assert np.array_equal(drawn.render(1.0).image, renderer(both, size=_SIZE).render(1.0).image)
+    drawn.place("crate1", (-1.5, 0.0, 0.0))
+    moved = small_scene(object=[tree, *crates(places[0], [-1.5, 0.0, 0.0])])
+    assert np.array_equal(drawn.render(1.0).image, renderer(moved, size=_SIZE).render(1.0).image)
+    fewer = small_scene(object=[tree])
+    drawn.update(fewer)
+    assert np.array_equal(drawn.render(1.0).image, renderer(fewer, size=_SIZE).render(1.0).image)
+    drawn.update(both)
+    assert np.array_equal(drawn.render(1.0).image, renderer(moved, size=_SIZE).render(1.0).image), "where it was put"
+    assert drawn._world is world
+    for anew in (small_scene(object=[]), small_scene(object=[{**tree, "position_m": [2.0, 0.0, 0.0]}])):
+        assert not drawn.updates_in_place(anew)
+
+
 @pytest.mark.parametrize(
     ("where", "message"),
     [

@@ -43,7 +43,8 @@ class GeometryPasses:
         depth: ReversedDepth,
         timers: PassTimers,
     ) -> None:
-        self._ctx, self._world, self._technique, self._far = device.ctx, world, technique, far
+        self._device, self._ctx = device, device.ctx
+        self._world, self._technique, self._far = world, technique, far
         self._grass_last = needs.all_else_first
         self._depth, self._timers = depth, timers
         self._blocks = [BlockBuffer(device.ctx, VIEW_BLOCK) for _ in range(MIRROR + 1)]
@@ -52,6 +53,11 @@ class GeometryPasses:
         self._heads = Heads(device, world)
         self.flowers = BillboardFlowers(device, world)
         self._lit_by: Sequence[View] | None = None
+
+    def change_objects(self) -> None:
+        """Draw the objects that the world has now."""
+        self._solids.release()
+        self._solids = Solids(self._device, self._world)
 
     def update(self, frame: FrameTime) -> None:
         """Do the compute work for this frame, once for all views."""

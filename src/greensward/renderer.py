@@ -44,7 +44,20 @@ from greensward.viewpoint import camera_view, jitter, matrices_of, place
 from greensward.world import FrameTime, World
 
 _FRAME_S = 1.0 / 30.0
-_IN_PLACE = {"title", "camera", "sun", "sky", "phong", "shadows", "post", "wind", "force", "grass", "colour"}
+_IN_PLACE = {
+    "title",
+    "camera",
+    "sun",
+    "sky",
+    "phong",
+    "shadows",
+    "post",
+    "wind",
+    "force",
+    "object",
+    "grass",
+    "colour",
+}
 """Parts of a scene that `update` may change without building anew."""
 _COLOURS = {
     "root_colour",
@@ -137,6 +150,7 @@ class Renderer:
             self._check_size(size)
             self.size = size
             self._scripts = dict(scripts or {})
+            refuse_unknown(movable, scene.object, "movable")
             self._placed = {name: Placed() for name in movable}
             self._stage = stage or self.device.best_stage
             with self._timed("ground"):
@@ -349,8 +363,8 @@ class Renderer:
         """Put an object in a place from the next frame on: the centre of its base, (3,), or its matrix, (4, 4).
 
         As scripts give them. Between two frames it moves evenly. The first call for an object that is neither in
-        `movable` nor in `scripts` builds the field anew, as `update` does. Raises `InputError` for a name that no
-        object has and for what is neither three numbers nor a rigid matrix.
+        `movable` nor in `scripts`, and that clears, presses or bears grass, builds the field anew, as `update` does.
+        Raises `InputError` for a name that no object has and for what is neither three numbers nor a rigid matrix.
         """
         matrix = placed_at(f"place: {name}", where)
         if name in self._placed:
@@ -362,7 +376,8 @@ class Renderer:
         placed = Placed()
         placed.put(matrix)
         self._placed[name] = placed
-        self._rebuild(self.scene, self._world.ground.heights)
+        if not self._world.script(name, placed):
+            self._rebuild(self.scene, self._world.ground.heights)
 
     def ground_height(self, x: npt.ArrayLike, z: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Height of the ground in metres at points of the world, of their shape."""
@@ -459,9 +474,10 @@ class Renderer:
         """Draw another scene from now on, with the least work that it needs.
 
         Changed in place, within milliseconds: title, camera, sun, sky, shadows, tone, numbers of `[phong]`, of winds
-        and of noises of colour, colours of grass, and forces if the scene has some before and after. All else is
-        built anew, with the programs and heights that there are; the state of the grass begins anew then. Raises
-        `InputError` for what the scene asks and cannot be had; the renderer goes on with the scene that it has.
+        and of noises of colour, colours of grass, objects that neither clear nor press nor bear grass, and forces if
+        the scene has some before and after. All else is built anew, with the programs and heights that there are; the
+        state of the grass begins anew then. Raises `InputError` for what the scene asks and cannot be had; the
+        renderer goes on with the scene that it has.
         """
         scene = as_scene(scene)
         if scene == self.scene and self.scene.folder == scene.folder:
@@ -508,6 +524,8 @@ class Renderer:
         place(scene.camera, self._world.ground.heights)
         with self._use():
             self._world.change(scene)
+            if before.object != scene.object:
+                self._geometry.change_objects()
             if any(getattr(before, name) != getattr(scene, name) for name in ("sun", "sky", "phong", "post")):
                 self._lighting.relight(scene)
                 if self._water:

@@ -1,6 +1,6 @@
 """The scene on the GPU: ground, objects, field, visible set and motion; what a technique is given."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,8 +27,9 @@ from greensward.motion import (
 )
 from greensward.objects.fences import all_objects
 from greensward.objects.helicopter import helicopters
-from greensward.objects.placing import Placing, Script
-from greensward.scene import InputError, NoiseColour, Scene
+from greensward.objects.placing import Placed, Placing, Script
+from greensward.scene import InputError, NoiseColour, Scene, Wake
+from greensward.scene.objects import Object
 from greensward.sowing import Clearings, Field, Page
 
 Floats = npt.NDArray[np.float64]
@@ -69,14 +70,9 @@ class World:
         self.stage = stage
         self.bindings = bindings
         """Resources that shaders of a frame share, by name: ground, maps, sward, winds, forces, view, G-buffer."""
-        self._sown = sown
+        self._sown, self._scripts = sown, dict(scripts or {})
         self.ground = GroundGpu(device, scene, heights)
-        flying, flights = helicopters(scene.wind, heights)
-        self.objects = all_objects(scene, heights) + flying
-        """Objects of the scene, those of its fences, and those that belong to its winds."""
-        self.placing = Placing(self.objects, heights, {**flights, **(scripts or {})})
-        self.placed = self.previously_placed = self.placing.at(0.0)
-        """World from own space of every object, now and a frame ago: float64 (objects, 4, 4)."""
+        self._stand(scene)
         self._clearings = Clearings(device, scene, self.placing, self.objects, heights)
         self.field = Field(device, scene, self.ground, beside, self._clearings.bindings)
         self._winds = Winds(device, scene, heights, self.placing.moving)
@@ -94,12 +90,7 @@ class World:
             *self._winds.stateful,  # first: blades are bent by them
             *([self._simulation] if self._simulation else []),
         ]
-        self.has_meshes = any(each.drawn for each in self.objects) or any(g.head != "none" for g in scene.grass)
-        self.has_meshes |= bool(scene.flowers)
-        """A picture may show objects, flowers or seed heads, which have triangles."""
-        hills = heights.exists and heights.highest_m > heights.lowest_m
-        occluders = hills or any(each.drawn for each in self.objects)
-        self.depth_pyramid = DepthPyramid(device, bindings) if scene.culling.occlusion and occluders else None
+        self.depth_pyramid = DepthPyramid(device, bindings) if self._hides_grass(scene, self.objects) else None
         """Depth pyramid of what hides grass in the picture; None where nothing can, or the scene asks for none."""
         self.visible = VisibleSet(device, scene)
         self._analytic: list[tuple[Page, ChunkRange]] = []
@@ -108,6 +99,63 @@ class World:
         self._anchor_ws = self._sown_from_ws = np.zeros(3)
         # unstored tiles are cheap to leave and dear to list
         self._step_m = scene.sowing.full_density_m * (_STEP if scene.sowing.stored_m is None else _COARSE_STEP)
+
+    def _stand(self, scene: Scene) -> None:
+        """Take up a scene's objects and where they are."""
+        heights = self.ground.heights
+        flying, flights = helicopters(scene.wind, heights)
+        self.objects = all_objects(scene, heights) + flying
+        """Objects of the scene, those of its fences, and those that belong to its winds."""
+        names = {each.name for each in self.objects}
+        # what a host places may be gone, and come again
+        scripts = {
+            name: each for name, each in self._scripts.items() if name in names or not isinstance(each, Placed)
+        }
+        self.placing = Placing(self.objects, heights, {**flights, **scripts})
+        self.placed = self.previously_placed = self.placing.at(0.0)
+        """World from own space of every object, now and a frame ago: float64 (objects, 4, 4)."""
+
+    def script(self, name: str, script: Script) -> bool:
+        """Let a script move an object from now on; return False where the field must be built anew for that."""
+        moved = [each for each in self.scene.object if each.name == name]
+        if not moved or not all(map(self._is_scenery, moved)) or self._stirred(self.scene):
+            return False
+        self._scripts[name] = script
+        self._stand(self.scene)
+        return True
+
+    @property
+    def has_meshes(self) -> bool:
+        """True if a picture may show objects, flowers or seed heads, which have triangles."""
+        heads = any(each.head != "none" for each in self.scene.grass)
+        return heads or bool(self.scene.flowers) or any(each.drawn for each in self.objects)
+
+    def _hides_grass(self, scene: Scene, objects: Sequence[Object]) -> bool:
+        """Return whether hills or objects hide grass, and the scene wants to know."""
+        heights = self.ground.heights
+        hills = heights.exists and heights.highest_m > heights.lowest_m
+        return scene.culling.occlusion and (hills or any(each.drawn for each in objects))
+
+    def _same_but_scenery(self, scene: Scene) -> bool:
+        """Return whether another scene's objects differ only in such as neither press, clear nor bear grass."""
+        if scene.object == self.scene.object:
+            return True
+        before, after = (
+            [(i if each.grass else 0, each) for i, each in enumerate(objects) if not self._is_scenery(each)]
+            for objects in (self.scene.object, scene.object)
+        )
+        hide = {self._hides_grass(each, all_objects(each, self.ground.heights)) for each in (self.scene, scene)}
+        return before == after and not self._stirred(scene) and len(hide) == 1
+
+    @staticmethod
+    def _stirred(scene: Scene) -> bool:
+        """Return whether objects move the air."""
+        return any(isinstance(wind, Wake) and wind.by != "camera" for wind in scene.wind)
+
+    def _is_scenery(self, each: Object) -> bool:
+        clears = each.clears and each.drawn and each.path is None and each.name not in self._scripts
+        presses = each.collides and self._simulation is not None
+        return not (each.grass or clears or presses)
 
     def follow(self, camera_ws: Floats) -> None:
         """Make the field around the camera resident, in steps of a grid: it depends on where the camera is alone."""
@@ -150,9 +198,10 @@ class World:
             part.count_from(anchor_ws)
 
     def can_change(self, scene: Scene) -> bool:
-        """Return whether shaders, pictures and objects are good for another scene's winds, forces and colours."""
+        """Return whether shaders, pictures and the field are good for what `change` takes over of another scene."""
         return (
-            absent_forces(scene) == absent_forces(self.scene)
+            self._same_but_scenery(scene)
+            and absent_forces(scene) == absent_forces(self.scene)
             and same_kinds(self.scene.wind, scene.wind)
             and (
                 scene.colour == self.scene.colour
@@ -161,7 +210,9 @@ class World:
         )
 
     def change(self, scene: Scene) -> None:
-        """Take over another scene's winds, forces and colours of grass; `can_change` must hold."""
+        """Take over another scene's winds, forces, scenery and colours of grass; `can_change` must hold."""
+        if scene.object != self.scene.object:
+            self._stand(scene)
         if scene.force != self.scene.force:
             forces = Forces(self.device, scene)
             self._forces.release()
