@@ -575,9 +575,9 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "embed.jpg": (embed, (960, 540), 16),
     "lenses.webp": (lenses, (400, 240), 16),
     "hosts.webp": (hosts, (400, 225), 1),
-    "viewer.jpg": (viewer_window, (1280, 800), 16),
-    "viewer-mow.jpg": (viewer_mow, (1280, 800), 16),
-    "viewer-split.jpg": (viewer_split, (1280, 800), 16),
+    "viewer.webp": (viewer_window, (1280, 800), 16),
+    "viewer-mow.webp": (viewer_mow, (1280, 800), 16),
+    "viewer-split.webp": (viewer_split, (1280, 800), 16),
     "viewer-pages.jpg": (viewer_pages, (1280, 760), 16),
 }
 
