@@ -295,3 +295,56 @@ def test_what_a_lens_cannot_be_used_for(ctx, renderer):
     with pytest.raises(InputError, match=r"post\.blur"):
         renderer(small_scene(post={"blur": "average"})).render(camera=_FISHEYE)
     target.release()
+
+
+def test_a_refused_camera_leaves_the_next_pictures_as_they_were(renderer):
+    """Also where a lens was drawn before, or is refused itself."""
+    drawn = renderer(small_scene(), size=(48, 27))
+    straight, wide = small_scene().camera, _FISHEYE.model_copy(update={"position_m": (0.0, 1.3, 4.0)})
+    expected = drawn.render(1.0, camera=straight).image, drawn.render(1.0, camera=wide).image
+    buried = {"position_m": (0.0, -1.0, 0.0)}
+    for camera, picture in ((straight, expected[0]), (wide, expected[1])):
+        drawn.render(1.0, camera=camera)
+        for refused in (
+            straight.model_copy(update=buried),
+            wide.model_copy(update=buried),
+            Camera(distortion=(-5.0,)),
+            Camera(projection="fisheye", fx_px=10.0, cx_px=-5000.0),
+        ):
+            with pytest.raises(InputError):
+                drawn.render(1.0, camera=refused)
+            frame = drawn.render(1.0, camera=camera, aovs=["depth"])
+            assert np.array_equal(frame.image, picture)
+            assert frame.truth["depth"].shape == (27, 48)
+
+
+def test_motion_begins_anew_with_another_lens(renderer):
+    drawn = renderer(small_scene(), size=(48, 27))
+    drawn.render(1.0)
+    motion = drawn.render(1.1, camera=_FISHEYE, aovs=["motion"]).truth["motion"]
+    assert np.abs(motion).max() < 1e-3
+
+
+def test_water_is_in_the_truth_of_every_lens(renderer):
+    scene = small_scene(
+        ground={"kind": "flat"}, water={"level_m": 0.3, "reflections": False}, camera={"position_m": [0, 2.0, 4.0]}
+    )
+    drawn = renderer(scene, size=(48, 27))
+    for lens in ({}, {"distortion": (-0.1,)}, {"projection": "fisheye", "fov_y_deg": 120.0}):
+        kinds = drawn.render(camera=scene.camera.model_copy(update=lens), aovs=["class"]).truth["class"]
+        assert (kinds == SurfaceClass.WATER).mean() > 0.2, lens
+
+
+def test_a_size_that_is_none_leaves_the_renderer_usable(renderer, monkeypatch):
+    drawn = renderer(small_scene(), size=(48, 27))
+    expected = drawn.render(1.0).image
+    with pytest.raises(InputError, match="size: must be two whole numbers"):
+        drawn.resize((64.5, 36))
+
+    def fail(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(drawn._post, "resize", fail)
+    with pytest.raises(MemoryError):
+        drawn.resize((64, 36))
+    assert np.array_equal(drawn.render(1.0).image, expected)

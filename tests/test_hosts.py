@@ -2,6 +2,7 @@
 
 import ctypes
 import gc
+import os
 import subprocess
 import sys
 import threading
@@ -424,3 +425,82 @@ def test_hosts_that_change_their_matrices_each_frame(ctx, renderer, scene):
         drawn.draw(target, step / 30, view_from_world=pose, clip_from_view=projection.astype(np.float32))
     assert _seen(target).std() > 5
     _free(target)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"encoding": "foo"}, r'encoding: must be "srgb", "linear" or "hdr" \(got \'foo\'\)'),
+        ({"sky": "no"}, r"sky: must be True or False \(got 'no'\)"),
+        ({"layer": 1}, r"layer: must be one of the framebuffer's, which has no layers \(got 1\)"),
+        ({"layer": "a"}, r"layer: must be a whole number from 0 on \(got 'a'\)"),
+        ({"camera": "x"}, r"camera: must be a gs\.Camera \(got str\)"),
+    ],
+)
+def test_what_draw_is_asked_and_cannot_do(ctx, renderer, scene, given, message):
+    target = _target(ctx)
+    with pytest.raises(InputError, match=message):
+        renderer(scene, size=_SIZE).draw(target, **given)
+    _free(target)
+
+
+def test_what_eyes_cannot_be(ctx, renderer, scene):
+    target = _target(ctx)
+    drawn = renderer(scene, size=_SIZE)
+    for eyes, message in (
+        (Eye(target, viewport=(0, 0, 64)), "viewport: must be four whole numbers"),
+        ([target], r"eyes: must be a list of gs\.Eye \(got Framebuffer\)"),
+        (Eye(target, viewport=(0, 0, 64.5, 36)), "viewport: must be four whole numbers"),
+    ):
+        with pytest.raises(InputError, match=message):
+            drawn.draw_eyes(eyes)
+    target.clear(depth=1.0)
+    folded = Eye(target, viewport=(0, 0, 0, 36))
+    drawn.draw_eyes(each for each in (folded, Eye(target, viewport=np.array([0, 0, 64, 36]))))
+    assert _seen(target).std() > 5
+    _free(target)
+
+
+def test_the_sky_lies_at_the_far_end_of_the_depth_range(ctx, device, renderer):
+    scene = small_scene(camera={"target_m": [0.0, 1.3, -3.0]})
+    target = _target(ctx)
+    target.clear(depth=0.9)
+    depth_range = device.function("glDepthRange", None, ctypes.c_double, ctypes.c_double)
+    depth_range(0.0, 0.9)
+    renderer(scene, size=_SIZE).draw(target, 1.0)
+    depth_range(0.0, 1.0)
+    kinds = renderer(scene, size=_SIZE).render(1.0, aovs=["class"]).truth["class"]
+    assert np.abs(_depths(target)[kinds == SurfaceClass.SKY] - 0.9).max() < 1e-6
+    assert (_seen(target)[kinds == SurfaceClass.SKY] > 0).any()
+    _free(target)
+
+
+_WINDOW = """
+import glfw
+import greensward as gs
+scene = gs.Scene(sowing=gs.Sowing(density_per_m2=20, reach_m=10), shadows=gs.Shadows(size_px=64, cascades=1))
+def drawn():
+    with gs.Renderer(scene, size=(16, 9), device="cpu") as renderer:
+        return renderer.render().image.std()
+before = drawn()
+assert glfw.init()
+glfw.window_hint(glfw.VISIBLE, False)
+window = glfw.create_window(32, 18, "host", None, None)
+glfw.make_context_current(window)
+import moderngl
+ctx = moderngl.create_context()
+assert drawn() == before
+ctx.clear(1.0, 0.0, 0.0)
+assert ctx.screen.read()[:3] == b"\\xff\\x00\\x00", "the window's context is current again"
+print("left alone")
+"""
+
+
+def test_a_window_and_a_headless_renderer_leave_each_other_alone(display):
+    """Whichever is made first, and at the end of the process."""
+    pytest.importorskip("glfw", reason="the extra viewer is not installed", exc_type=ImportError)
+    environment = {**os.environ, "DISPLAY": display}
+    done = subprocess.run(
+        [sys.executable, "-c", _WINDOW], capture_output=True, text=True, timeout=120, env=environment
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "left alone\n", "")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from greensward.passes.light import sun_at_ground, to_sun
-from greensward.scene import InputError, SurfaceClass
+from greensward.scene import Camera, InputError, SurfaceClass
 from reprojection import world_points
 from small_scenes import NOISE, small_scene
 
@@ -238,3 +238,59 @@ def test_the_record_of_the_camera_holds_k(renderer):
     record = json.loads(str(drawn.render(aovs=["depth"]).truth["camera"]))
     assert record["camera_matrix"] == [[50.0, 0.0, 20.0], [0.0, 50.0, 17.5], [0.0, 0.0, 1.0]]
     assert (record["projection"], record["distortion"]) == ("perspective", [])
+
+
+def test_a_place_may_be_a_point_and_then_a_matrix(renderer):
+    """An object goes on evenly from one to the other, and from where the scene has it."""
+    drawn = renderer(small_scene(object=[_BOX], grass=[]), size=_SIZE, movable=["crate"])
+    drawn.render(1.0)
+    drawn.place("crate", (0.2, 0.0, 0.0))
+    assert np.abs(drawn.render(1.1, aovs=["motion"]).truth["motion"]).max() > 0.3
+    matrix = np.eye(4)
+    matrix[:3, 3] = 0.4, 0.0, 0.0
+    drawn.place("crate", matrix)
+    assert np.abs(drawn.render(1.2, aovs=["motion"]).truth["motion"]).max() > 0.3
+
+
+def test_counts_are_those_of_the_picture_whatever_was_asked_since(renderer):
+    drawn = renderer(small_scene(), size=_SIZE)
+    counts = drawn.render(1.0).counts
+    other = renderer(small_scene(), size=_SIZE)
+    target = other.ctx.simple_framebuffer(_SIZE)
+    other.draw(target, 1.0)
+    other.hit((0.0, 1.3, 4.0), (0.0, -0.3, -1.0))
+    assert other.counts == counts
+    target.release()
+
+
+def test_scripts_and_hosts_do_not_share_an_object(renderer):
+    with pytest.raises(InputError, match="movable: crate: is moved by its script"):
+        renderer(small_scene(object=[_BOX]), size=_SIZE, scripts={"crate": lambda _: (0, 0, 0)}, movable=["crate"])
+
+
+@pytest.mark.parametrize(("x", "z"), [(np.nan, 0.0), (np.zeros(2), np.zeros(3)), ("a", 0.0)])
+def test_points_that_are_none_are_refused(renderer, x, z):
+    drawn = renderer(small_scene(), size=_SIZE)
+    for ask in (drawn.ground_height, drawn.ground_normal):
+        with pytest.raises(InputError, match=r"^x, z: must be"):
+            ask(x, z)
+    with pytest.raises(InputError, match=r"^blade_id: must be a whole number"):
+        drawn.blade("x")
+
+
+def test_a_ray_in_a_parallel_picture_hits_what_it_shows(renderer):
+    scene = small_scene(ground=NOISE, object=[_BOX])
+    camera = Camera(
+        position_m=(0.0, 6.0, 4.0), target_m=(0.0, 0.0, 0.0), projection="orthographic", view_height_m=6.0
+    )
+    drawn = renderer(scene, size=_SIZE)
+    truth = drawn.render(1.0, camera=camera, aovs=["depth", "class"]).truth
+    view, same, count = drawn._views.pictures[0], 0, 0
+    for row in range(2, 36, 6):
+        for column in range(2, 64, 9):
+            ndc = 2 * (column + 0.5) / 64 - 1, 1 - 2 * (row + 0.5) / 36
+            start = view.starts_ws[0] + ndc[0] * view.starts_ws[1] + ndc[1] * view.starts_ws[2]
+            hit = drawn.hit(start, view.axis_ws[:3])
+            count += 1
+            same += hit is not None and hit.surface == truth["class"][row, column]
+    assert same >= 0.9 * count

@@ -45,7 +45,7 @@ def test_impossible_sizes_are_refused(device, renderer, size):
 
 @pytest.mark.parametrize("samples", [0, -3])
 def test_impossible_samples_are_refused(renderer, samples):
-    with pytest.raises(InputError, match=f"samples: must be at least 1 \\(got {samples}\\)"):
+    with pytest.raises(InputError, match=f"samples: must be a whole number of at least 1 \\(got {samples}\\)"):
         renderer(small_scene(), samples=samples)
 
 

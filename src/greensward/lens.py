@@ -105,9 +105,10 @@ def _undistorted(plane: Floats, coefficients: Floats) -> Floats:
     slopes = np.linalg.det(_jacobian(found, coefficients))
     error = np.abs(_distorted(found, coefficients) - plane).max()
     if not error < 1e-6 or slopes.min() <= 0.0:
+        given = ", ".join(f"{each:g}" for each in coefficients)
         raise InputError(
             "camera.distortion: must not fold the picture: within it, points farther from the axis must land farther "
-            f"out (got {list(coefficients)}); take a smaller picture, or fewer coefficients"
+            f"out (got {given}); take a smaller picture, or fewer coefficients"
         )
     return found
 
@@ -147,6 +148,11 @@ class Lens:
     def __init__(self, device: Device, camera: Camera, size_px: tuple[int, int], stage: Stage) -> None:
         self._camera, self._size = camera, size_px
         rays = directions(camera, size_px)
+        if not np.isfinite(rays).any():
+            raise InputError(
+                "camera: must have a ray in its picture; a fisheye has none more than 180° from its axis "
+                f"(got cx_px {camera.cx_px}, cy_px {camera.cy_px})"
+            )
         self._faces, self.face_size, self._number, self._at = _faces_of(camera, size_px, rays)
         limit = device.limits.picture_px
         if max(self.face_size) > limit:

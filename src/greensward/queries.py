@@ -1,7 +1,7 @@
 """Answers about a scene as it stands: what a ray hits, what a blade is, and the light that a host may light with."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -79,14 +79,29 @@ def unit_ray(origin_m: npt.ArrayLike, direction: npt.ArrayLike) -> tuple[Floats,
     return origin, along / length
 
 
+def points_on_ground(x: npt.ArrayLike, z: npt.ArrayLike) -> tuple[Floats, Floats]:
+    """Coordinates as arrays of one shape. Raises `InputError` for what are no finite numbers of matching shapes."""
+    try:
+        given = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(z, np.float64))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"x, z: must be numbers, or arrays of one shape ({error})") from None
+    if not all(np.isfinite(each).all() for each in given):
+        raise InputError("x, z: must be finite (got NaN or infinity)")
+    return given[0], given[1]
+
+
 def probe_view(origin: Floats, along: Floats, picture: View, far_m: float) -> View:
     """View of one pixel along a ray, as wide as a picture's.
 
     From the picture's own eye it is a part of that picture, whose axis decides how finely blades are cut.
     """
     facing = float(picture.axis_ws[:3] @ along)
-    if picture.is_parallel or facing < 0.1 or np.abs(origin - picture.camera_ws).max() > 1e-6:
-        pixel = picture.pixel_m[0] or 1e-3
+    if picture.is_parallel:
+        lens = Intrinsics(1.0 / picture.pixel_m[1], 1.0 / picture.pixel_m[1], 0.0, 0.0)
+        view = pinhole_view(origin, look_at(origin, origin + along), lens, (1, 1), (1e-3, far_m), parallel=True)
+        return replace(view, camera_ws=picture.camera_ws)
+    if facing < 0.1 or np.abs(origin - picture.camera_ws).max() > 1e-6:
+        pixel = picture.pixel_m[0]
         lens = Intrinsics(1.0 / pixel, 1.0 / pixel, 0.0, 0.0)
         return pinhole_view(origin, look_at(origin, origin + along), lens, (1, 1), (1e-3, far_m))
     half_width, half_height = (float(np.linalg.norm(each)) for each in picture.rays_ws[1:])

@@ -2,9 +2,10 @@
 
 import itertools
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from operator import index
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar
@@ -14,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.aovs import Aov, unknown_aov
-from greensward.eyes import Eye, Views, camera_of, windows_of
+from greensward.eyes import Eye, Views, camera_of, is_whole, windows_of
 from greensward.frame import MIRROR, PICTURE, GeometryPasses
 from greensward.gpu.buffers import release_all
 from greensward.gpu.current import context_kept
@@ -36,7 +37,7 @@ from greensward.passes.post.window import Blit
 from greensward.passes.shadows import ShadowMaps
 from greensward.passes.temporal import Moment, Temporal
 from greensward.passes.water import WaterPass
-from greensward.queries import Blade, Hit, Light, blade_with, hit_in, probe_view, unit_ray
+from greensward.queries import Blade, Hit, Light, blade_with, hit_in, points_on_ground, probe_view, unit_ray
 from greensward.scene import Camera, GreenswardError, InputError, Scene
 from greensward.techniques import chosen, far_level
 from greensward.truth import Truth, camera_record, read_truth
@@ -69,7 +70,6 @@ _COLOURS = {
     "roughness",
 }
 """Keys of a species that blades do not store."""
-_RELEASED = "this renderer has been released: make another"
 _LONGEST_S = 1e9  # single precision tells no seconds apart long before
 
 
@@ -84,7 +84,7 @@ class Counts:
     drawn: int = 0
     """Blades that the tests left."""
     pixels: int = 0
-    """Pixels of the first sample that show a blade of grass."""
+    """Pixels of the first sample that show a blade of grass; of a lens that bends lines, those of its first face."""
 
 
 @dataclass(frozen=True)
@@ -134,8 +134,12 @@ class Renderer:
     ) -> None:
         self.seconds: dict[str, float] = {}
         """Wall-clock seconds by stage so far."""
-        if samples < 1:
-            raise InputError(f"samples: must be at least 1 (got {samples})")
+        if not is_whole(samples) or samples < 1:
+            raise InputError(f"samples: must be a whole number of at least 1 (got {samples!r})")
+        if stage not in (None, "fragment", "compute"):
+            raise InputError(f'stage: must be "fragment" or "compute" (got {stage!r})')
+        if ctx is not None and not isinstance(ctx, moderngl.Context):
+            raise InputError(f"ctx: must be a moderngl.Context (got {type(ctx).__name__})")
         if temporal and samples != 1:
             raise InputError(f"samples: must be 1 with temporal, which draws one sample a frame (got {samples})")
         self.samples = samples
@@ -151,6 +155,8 @@ class Renderer:
             self.size = size
             self._scripts = dict(scripts or {})
             refuse_unknown(movable, scene.object, "movable")
+            if both := sorted(set(movable) & set(self._scripts)):
+                raise InputError(f"movable: {both[0]}: is moved by its script; leave one of the two out")
             self._placed = {name: Placed() for name in movable}
             self._stage = stage or self.device.best_stage
             with self._timed("ground"):
@@ -200,7 +206,7 @@ class Renderer:
             self._blur = self._own(Blur(device, bindings, size, stage) if scene.post.blur != "off" else None)
             self._post = self._own(Post(device, bindings, size, stage, averaged=not self.temporal))
             self._blit = self._own(Blit(device, bindings))
-            self._lenses: dict[tuple[Camera, tuple[int, int]], Lens] = {}
+            self._latest_lens: tuple[tuple[Camera, tuple[int, int]], Lens] | None = None
             self._histories: list[Temporal] = []
             if self.temporal:
                 self._history(0)
@@ -224,11 +230,14 @@ class Renderer:
             self._histories.append(self._own(history))
         return self._histories[eye]
 
+    def _refuse_released(self) -> None:
+        if self._released:
+            raise GreenswardError("this renderer has been released: make another")
+
     @contextmanager
     def _use(self, *framebuffers: moderngl.Framebuffer) -> Iterator[None]:
         """Draw inside, in a context that is left as it was."""
-        if self._released:
-            raise GreenswardError(_RELEASED)
+        self._refuse_released()
         with self.device.use(*framebuffers):
             yield
 
@@ -244,6 +253,7 @@ class Renderer:
     @property
     def blades(self) -> int:
         """Number of blades sown around the last camera."""
+        self._refuse_released()
         return self._world.field.count
 
     @property
@@ -254,6 +264,7 @@ class Renderer:
     @property
     def counts(self) -> Counts:
         """Numbers of blades that the last picture took. The first request after a frame waits for the GPU."""
+        self._refuse_released()
         if self._view is None:
             return Counts()
         if self._counts is None:
@@ -291,8 +302,7 @@ class Renderer:
         if unknown := unknown_aov(aovs):
             raise InputError(f"aovs: {unknown}")
         with self._use():
-            given = camera is not None
-            camera = camera_of(camera or self.scene.camera, view_from_world, clip_from_view, self.size, given)
+            camera = camera_of(camera, self.scene.camera, view_from_world, clip_from_view, self.size)
             images: list[npt.NDArray[np.uint8]] = []
 
             def read(*_: object) -> None:
@@ -328,7 +338,7 @@ class Renderer:
 
     def draw_eyes(
         self,
-        eyes: Sequence[Eye],
+        eyes: Iterable[Eye],
         time_s: float = 0.0,
         *,
         encoding: Encoding = "srgb",
@@ -341,17 +351,16 @@ class Renderer:
         shadows. Their viewports are of one size.
         """
         look = Look(encoding, sky, ground)
-        if self._released:
-            raise GreenswardError(_RELEASED)
+        self._refuse_released()
         if self.temporal and not look.is_whole:
             raise InputError("sky, ground: must be drawn by a renderer with temporal; leave out temporal=True")
         with context_kept():
             self.device.make_current()
             windows = windows_of(self.device, eyes, self.scene.camera)
-        if 0 in (size := windows[0][0].viewport[2:]):
-            return  # a window that is folded away
-        self.resize(size)
-        with self._use(*{id(eye.framebuffer): eye.framebuffer for eye in eyes}.values()):
+        if not windows:
+            return  # all are folded away
+        self.resize(windows[0][0].viewport[2:])
+        with self._use(*{id(window.framebuffer): window.framebuffer for window, _ in windows}.values()):
 
             def show(eye: int, picture: moderngl.Texture) -> None:
                 with self.timers.measure("blit"):
@@ -366,26 +375,34 @@ class Renderer:
         `movable` nor in `scripts`, and that clears, presses or bears grass, builds the field anew, as `update` does.
         Raises `InputError` for a name that no object has and for what is neither three numbers nor a rigid matrix.
         """
-        matrix = placed_at(f"place: {name}", where)
+        where = placed_at(f"place: {name}", where)
         if name in self._placed:
-            self._placed[name].put(matrix)
+            self._put(name, where)
             return
         if name in self._scripts:
             raise InputError(f"place: {name}: is moved by its script; leave one of the two out")
         refuse_unknown([name], self._world.objects, "place")
-        placed = Placed()
-        placed.put(matrix)
-        self._placed[name] = placed
-        if not self._world.script(name, placed):
+        self._placed[name] = Placed()
+        self._put(name, where)
+        if not self._world.script(name, self._placed[name]):
             self._rebuild(self.scene, self._world.ground.heights)
 
+    def _put(self, name: str, where: npt.NDArray[np.float64]) -> None:
+        placed, index = self._placed[name], self._world.placing.index(name)
+        if index is None:
+            placed.put(where)  # until the object is there again
+            return
+        if not placed.is_placed and self._moments:
+            placed.begin(self._time_s, self._world.placed[index])
+        placed.put(self._world.placing.matrix(index, where))
+
     def ground_height(self, x: npt.ArrayLike, z: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Height of the ground in metres at points of the world, of their shape."""
-        return self._world.ground.heights.height(x, z)
+        """Height of the ground in metres at points of the world, of their shape. Raises `InputError`."""
+        return self._world.ground.heights.height(*points_on_ground(x, z))
 
     def ground_normal(self, x: npt.ArrayLike, z: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Unit normals of the ground at points of the world, of their shape and (…, 3)."""
-        return self._world.ground.heights.normal(x, z)
+        """Unit normals of the ground at points of the world, of their shape and (…, 3), likewise."""
+        return self._world.ground.heights.normal(*points_on_ground(x, z))
 
     def light(self) -> Light:
         """Read the light of the scene. Waits for the GPU."""
@@ -398,10 +415,14 @@ class Renderer:
         """Find the blade with a permanent id, as `blade_id` holds them. Waits for the GPU.
 
         None for one that is not stored around the camera, and for what has no blade of its own: flowers, flat tiles,
-        pictures of grass, instances.
+        pictures of grass, instances. Raises `InputError` for what is no whole number.
         """
+        try:
+            whole = index(blade_id)
+        except TypeError:
+            raise InputError(f"blade_id: must be a whole number (got {blade_id!r})") from None
         with self._use():
-            return blade_with(self._world, self._world.field.number_of(blade_id))
+            return blade_with(self._world, self._world.field.number_of(whole))
 
     def hit(self, origin_m: npt.ArrayLike, direction: npt.ArrayLike) -> Hit | None:
         """Find the first surface that a ray meets, as it stands at the time of the last frame; None for the sky.
@@ -410,6 +431,7 @@ class Renderer:
         and takes about as long as a small frame. Raises `InputError` for a ray that is none.
         """
         origin, along = unit_ray(origin_m, direction)
+        _ = self.counts  # of the picture, before the probe is drawn
         with self._use():
             frame = self._views_of(self._views.cameras or (self.scene.camera,))
             view = probe_view(origin, along, frame.pictures[0], frame.cameras[0].far_m)
@@ -479,6 +501,7 @@ class Renderer:
         state of the grass begins anew then. Raises `InputError` for what the scene asks and cannot be had; the
         renderer goes on with the scene that it has.
         """
+        self._refuse_released()
         scene = as_scene(scene)
         if scene == self.scene and self.scene.folder == scene.folder:
             return
@@ -540,10 +563,11 @@ class Renderer:
 
     def resize(self, size: tuple[int, int]) -> None:
         """Draw pictures of another size from now on."""
+        self._refuse_released()
         if size == self.size:
             return
         self._check_size(size)
-        with self._use():
+        with self._use(), self._whole():
             self._fit(size)
             self._post.resize(size)
             for part in (self._blur, *self._histories):
@@ -552,12 +576,22 @@ class Renderer:
         self.size = size
         self._moments = ()
 
+    @contextmanager
+    def _whole(self) -> Iterator[None]:
+        """Build everything anew, of the size before, where what is inside fails halfway."""
+        try:
+            yield
+        except BaseException:
+            self._rebuild(self.scene, self._world.ground.heights)
+            raise
+
     def _fit(self, size: tuple[int, int]) -> None:
         """Fill and light G-buffers of this size from now on."""
         if size == self._gbuffer.size:
             return
+        gbuffer = GBuffer(self.device, size, self._depth, self._stage)
         self._disown(self._gbuffer)
-        self._gbuffer = self._own(GBuffer(self.device, size, self._depth, self._stage))
+        self._gbuffer = self._own(gbuffer)
         self._lighting.resize(size)
         if self._water:
             self._water.resize(size)
@@ -576,6 +610,7 @@ class Renderer:
         `show(eye, picture)` takes each eye's picture before the next is begun.
         """
         truth: Truth = {}
+        self._views_of(cameras)
         before = self._moments
         frame_time = self._move(time_s, cameras)
         views = self._views
@@ -586,7 +621,7 @@ class Renderer:
             for eye in range(1 if lens else len(views.pictures)):
                 now, previous = self._moments[eye], before[eye] if eye < len(before) else None
                 history = self._history(eye) if self.temporal else None
-                first = history.follow(previous, now) if history else 0
+                first = history.follow(previous, now, look.encoding) if history else 0
                 for sample in range(first, first + self.samples):
                     offset_px = jitter(0 if history and aovs else sample)  # truth is of the pixels' centres
                     if lens:
@@ -648,12 +683,18 @@ class Renderer:
         previous_view = before[number][0] if number < len(before) else view
         self._geometry.fill(self._gbuffer, view, previous_view, offset_px, slot=PICTURE, occlusion=occlusion)
 
+    def _fill_with_water(self, face: int, before: Sequence[Moment], offset_px: tuple[float, float]) -> None:
+        self._fill(face, before, offset_px, occlusion=True)
+        if self._water:
+            light = self._lighting.shade(self._gbuffer, self._shadows, self._views.shadows[face], 0)
+            self._water.cover(light, None, self._gbuffer, self._time_s)
+
     def _truth(self, camera: Camera, aovs: Sequence[Aov], before: Sequence[Moment]) -> Truth:
         """Truth of the picture, of which the G-buffer holds the sample at the pixels' centres, and its camera."""
         lens = self._views.lens
         if lens:
             truth = lens.truth(
-                lambda face, offset_px: self._fill(face, before, offset_px, occlusion=True),
+                lambda face, offset_px: self._fill_with_water(face, before, offset_px),
                 lambda wanted: read_truth(self._gbuffer, wanted, self._geometry.identify),
                 aovs,
             )
@@ -696,13 +737,12 @@ class Renderer:
         if self._views.cameras != cameras or self._views.size != self.size:
             heights = self._world.ground.heights
             lens = None if all(camera.is_straight for camera in cameras) else self._lens(cameras[0])
-            self._fit(lens.face_size if lens else self.size)
             if lens:
                 pictures = lens.faces(cameras[0], heights)
             else:
                 pictures = tuple(camera_view(camera, heights, self.size) for camera in cameras)
             shadows = tuple(self._shadows.views(view) for view in (pictures if lens else pictures[:1]))
-            self._views = Views(
+            views = Views(
                 cameras,
                 self.size,
                 pictures,
@@ -711,22 +751,34 @@ class Renderer:
                 tuple(itertools.chain.from_iterable(shadows)),
                 lens,
             )
+            # only now, as a camera may be refused until here
+            with self._whole():
+                self._fit(lens.face_size if lens else self.size)
+            if lens is not self._views.lens:
+                self._moments = ()  # of other pictures
+            self._views = views
         return self._views
 
     def _lens(self, camera: Camera) -> Lens:
         if self.temporal:
-            raise InputError("camera: a lens that distorts and a fisheye are not for temporal pictures")
+            raise InputError(
+                "camera: a lens that distorts and a fisheye are not for temporal pictures; average samples instead "
+                "(samples=4, or animate --samples 4)"
+            )
         if self._blur:
             raise InputError('post.blur: must be "off" for a lens that distorts and for a fisheye')
         key = lens_key(camera), self.size
-        if key not in self._lenses:
-            for old in self._lenses.values():
-                self._disown(old)
-            self._lenses = {key: self._own(Lens(self.device, camera, self.size, self._stage))}
-        return self._lenses[key]
+        if self._latest_lens is None or self._latest_lens[0] != key:
+            lens = Lens(self.device, camera, self.size, self._stage)
+            if self._latest_lens:
+                self._disown(self._latest_lens[1])
+            self._latest_lens = key, self._own(lens)
+        return self._latest_lens[1]
 
     def _check_size(self, size: tuple[int, int]) -> None:
         limit = self.device.limits.picture_px
+        if len(size) != 2 or not all(map(is_whole, size)):
+            raise InputError(f"size: must be two whole numbers of pixels (got {size!r})")
         if not all(1 <= edge <= limit for edge in size):
             raise InputError(f"size: must be 1 to {limit} pixels a side on this driver (got {size[0]}x{size[1]})")
 

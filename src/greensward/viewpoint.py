@@ -13,7 +13,7 @@ from greensward.scene import Camera, InputError
 Matrix = npt.NDArray[np.float64]
 _RIGID = 1e-4  # a rotation may differ from one by so much, as single precision and text make it
 _TARGET_M = 100.0
-_FARTHEST_M = 1e6
+_NEAREST_M, _FARTHEST_M = 1e3, 1e6
 _FROM_OPENCV = np.diag([1.0, -1.0, -1.0, 1.0])
 
 
@@ -194,11 +194,17 @@ def camera_from_matrices(
             f"(got {projection[0, 0]:g} and {projection[1, 1]:g} on the diagonal)"
         )
     near, far = _range_m(projection, parallel, -1.0 if not zero_to_one else 0.0)
+    if not parallel and near > _NEAREST_M:
+        raise InputError(f"{place}: its near plane must be at most {_NEAREST_M:g} m away (got {near:g} m)")
     position = -pose[:3, :3].T @ pose[:3, 3]
     if parallel and near <= 0.0:
         # what lies behind the camera shows as well: from farther back it is before it
         back = 1.0 - near
         position, near, far = position + back * pose[2, :3], 1.0, far + back
+    if parallel and near > 1.0:
+        # likewise nearer, as the near plane of a camera is not farther than a kilometre
+        position, near, far = position - (near - 1.0) * pose[2, :3], 1.0, far - (near - 1.0)
+    far = min(far, _FARTHEST_M)
     centre = projection[:2, 3] if parallel else -projection[:2, 2]
     return _camera(
         pose,
@@ -231,11 +237,11 @@ def camera_from_opencv(
     k = _matrix(camera_matrix, (3, 3), "camera_matrix")
     if np.abs(k[[0, 1, 2, 2], [1, 0, 0, 1]]).max() > 1e-6 * abs(k[0, 0]) or abs(k[2, 2] - 1.0) > 1e-6:
         raise InputError(f"camera_matrix: must be fx 0 cx / 0 fy cy / 0 0 1, without skew (got {_row(k.ravel())})")
-    given = np.asarray(camera_from_world, np.float64) if np.shape(camera_from_world) == (3, 4) else None
-    pose = _pose(
-        camera_from_world if given is None else np.concatenate([given, [[0.0, 0.0, 0.0, 1.0]]]), "camera_from_world"
+    place = "camera_from_world"
+    given = _numbers(camera_from_world, place)
+    pose = _FROM_OPENCV @ _pose(
+        np.concatenate([given, [[0.0, 0.0, 0.0, 1.0]]]) if given.shape == (3, 4) else given, place
     )
-    pose = _FROM_OPENCV @ pose
     return _camera(
         pose,
         -pose[:3, :3].T @ pose[:3, 3],
@@ -245,7 +251,7 @@ def camera_from_opencv(
         cx_px=float(k[0, 2]),
         cy_px=float(k[1, 2]),
         calibrated_px=size_px,
-        distortion=tuple(float(x) for x in np.ravel(np.asarray(distortion, np.float64))),
+        distortion=tuple(_numbers(distortion, "distortion").ravel().tolist()),
         near_m=near_m,
         far_m=far_m,
     )
@@ -283,7 +289,7 @@ def _range_m(projection: Matrix, parallel: bool, lowest: float) -> tuple[float, 
             "clip_from_view: its near and far planes must lie before the eye, the near one nearer "
             f"(got {near:g} m and {far:g} m)"
         )
-    return near, min(far, _FARTHEST_M)
+    return near, far
 
 
 def _pose(given: npt.ArrayLike, place: str) -> Matrix:
@@ -307,11 +313,15 @@ def _pose(given: npt.ArrayLike, place: str) -> Matrix:
     return result
 
 
-def _matrix(given: npt.ArrayLike, shape: tuple[int, int], place: str) -> Matrix:
+def _numbers(given: npt.ArrayLike, place: str) -> Matrix:
     try:
-        matrix = np.array(given, np.float64)
+        return np.array(given, np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{place}: must be a matrix of numbers, {shape} (got {type(given).__name__})") from None
+        raise InputError(f"{place}: must be a matrix of numbers (got {type(given).__name__})") from None
+
+
+def _matrix(given: npt.ArrayLike, shape: tuple[int, int], place: str) -> Matrix:
+    matrix = _numbers(given, place)
     if matrix.shape != shape:
         raise InputError(f"{place}: must be a matrix of shape {shape} (got {matrix.shape})")
     if not np.isfinite(matrix).all():

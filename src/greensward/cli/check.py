@@ -21,6 +21,7 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help='Print {"ok": …, "errors": […], "warnings": […]}.')] = False,
 ) -> None:
     """Report every error in a scene and its files, and warn of what is probably not meant."""
+    from greensward.lens import directions
     from greensward.scene.colour import GroundColour
     from greensward.scene.errors import InputError, SceneError
     from greensward.scene.load import load, named_files
@@ -34,6 +35,8 @@ def check(
             loaded = load(scene, technique_settings=SETTINGS, read_file=_read)
             if isinstance(loaded.colour, GroundColour):
                 green_pictures(loaded, loaded.colour)
+            if not loaded.camera.is_straight:
+                directions(loaded.camera, loaded.camera.calibrated_px or (1280, 720))
         except InputError as error:
             if not as_json:
                 raise

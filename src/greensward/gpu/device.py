@@ -90,8 +90,8 @@ class Device:
     """An OpenGL 4.3 context and what has been asked of it and compiled for it once.
 
     Renderers on one device share its programs. `Device("auto")`, `Device("cpu")` or `Device("0")` opens a headless
-    context; `Device.of(ctx)` takes that of a host program. Raises `InputError` for a device that does not exist and
-    `GreenswardError`, with the fix, for a driver that lacks something.
+    context, which is current afterwards; `Device.of(ctx)` takes that of a host program. Raises `InputError` for a
+    device that does not exist and `GreenswardError`, with the fix, for a driver that lacks something.
     """
 
     def __init__(
@@ -299,6 +299,8 @@ class Device:
         self.programs.release()
         if self.headless:
             self.ctx.release()
+            # a context that is gone stays current, and another library's cannot be entered beside it
+            current_context().leave()
             if before.handle != self._handle:
                 before.enter()
 

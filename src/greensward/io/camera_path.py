@@ -14,7 +14,7 @@ from pydantic import Field, ValidationError, model_validator
 from greensward.io.rasters import written_aside
 from greensward.scene.base import Flag, Many, Model, Number, Point
 from greensward.scene.errors import InputError, SceneError
-from greensward.scene.light import Camera
+from greensward.scene.light import INTRINSICS, Camera
 from greensward.scene.load import read_table
 from greensward.scene.plain import plain
 from greensward.scene.problems import sentences
@@ -139,7 +139,7 @@ class CameraPath(Model):
             "position_m": tuple(map(float, now[:3])),
             "target_m": tuple(map(float, now[3:6])),
             "height_above_ground": self.height_above_ground,
-            **({} if self.key[0].fov_y_deg is None else {"fov_y_deg": fov_y_deg}),
+            **({} if self.key[0].fov_y_deg is None else {"fov_y_deg": fov_y_deg, **dict.fromkeys(INTRINSICS)}),
         }
         return (camera or Camera()).model_copy(update=update)
 

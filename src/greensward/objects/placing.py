@@ -81,12 +81,19 @@ def placed_at(name: str, given: npt.ArrayLike) -> Floats:
 
 
 class Placed:
-    """Place of an object that a host moves from frame to frame: a script that moves evenly from one to the next."""
+    """Place of an object that a host moves from frame to frame: a script that moves evenly from one to the next.
+
+    Places are matrices, (4, 4), but for that of an object that the scene does not have yet, which may be (3,).
+    """
 
     def __init__(self) -> None:
         self._wanted: Floats | None = None
         self._before: tuple[float, Floats] | None = None
         self._now: tuple[float, Floats] | None = None
+
+    def begin(self, time_s: float, where: Floats) -> None:
+        """Have been there at an instant."""
+        self._now = time_s, where
 
     def put(self, where: Floats) -> None:
         """Be there at the next frame: (3,) or (4, 4)."""
@@ -186,6 +193,7 @@ class Placing:
     ) -> None:
         self._heights = heights
         refuse_unknown(scripts or (), objects, "scripts")
+        self._names = [each.name for each in objects]
         self._scripts = {
             i: (each.name, scripts[each.name]) for i, each in enumerate(objects) if scripts and each.name in scripts
         }
@@ -204,6 +212,19 @@ class Placing:
         self._still = np.tile(np.eye(4), (len(objects), 1, 1))
         self._stand(slice(None), np.array([each.position_m for each in objects]).reshape(-1, 3), self._still)
         self._still[:, :3, :3] = about_y(self._yaw) @ self._tilt
+
+    def index(self, name: str) -> int | None:
+        """Number of the object with a name; None where there is none."""
+        return next((i for i, each in enumerate(self._names) if each == name), None)
+
+    def matrix(self, index: int, where: Floats) -> Floats:
+        """Matrix (4, 4) of an object in a place: its own, or that of the centre of its base, (3,)."""
+        if where.shape == (4, 4):
+            return where
+        placed = self._still[[index]].copy()
+        self._stand([0], where[None], placed)
+        result: Floats = placed[0]
+        return result
 
     def _stand(self, at: slice | list[int], positions: Floats, matrices: Floats) -> None:
         """Put objects at positions whose y counts from the ground."""

@@ -56,6 +56,8 @@ class Phong(Model):
 _Focal = Annotated[Number, Field(gt=0, le=1e7)]
 _Principal = Annotated[Number, Field(ge=-1e6, le=1e6)]
 _WIDEST_PINHOLE_DEG = 170.0
+INTRINSICS = "fx_px", "fy_px", "cx_px", "cy_px", "calibrated_px"
+"""Keys that stand for a field of view."""
 
 
 class Camera(Model):

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from greensward.scene.base import names_a_file
 from greensward.scene.errors import InputError, SceneError
 from greensward.scene.kinds import kind_of, models_in
+from greensward.scene.light import INTRINSICS
 from greensward.scene.plain import defaults_of, plain
 from greensward.scene.problems import Loc, Models, did_you_mean, one_of, place_of, sentences, short
 from greensward.scene.save import saved_text
@@ -206,6 +207,8 @@ class _Changes:
             self.set(("camera", "target_m"), [toml_value(part) for part in view[2].split(",")], "--camera")
             if view[3]:
                 self.set(("camera", "fov_y_deg"), toml_value(view[3]), "--camera")
+                for name in INTRINSICS:  # which it replaces
+                    self.table["camera"].pop(name, None)
             return
         try:
             there = Path(camera).exists()

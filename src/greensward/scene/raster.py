@@ -22,6 +22,8 @@ class Raster:
     def __init__(self, values: Any) -> None:
         if values.dtype.kind not in "biuf":
             raise ValueError(f"must be an array of plain numbers (got the type {values.dtype})")
+        if hasattr(values, "filled"):  # a masked array, such as rasterio reads: what it hides is not measured
+            values = values.astype("f8" if values.dtype.itemsize > 4 else "f4").filled(float("nan"))
         self.values = values.copy()
         """The array, of NumPy; read-only."""
         self.values.setflags(write=False)

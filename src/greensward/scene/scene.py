@@ -107,6 +107,14 @@ class Scene(Model):
             )
         return self
 
+    @model_validator(mode="after")
+    def _blurs_a_pinhole(self) -> Self:
+        if self.post.blur != "off" and not self.camera.is_straight:
+            raise ValueError(
+                f'post.blur: must be "off" for a lens that distorts and for a fisheye (got "{self.post.blur}")'
+            )
+        return self
+
     @property
     def folder(self) -> Path:
         """Folder that the files it names are relative to."""

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from greensward.ground import HeightField
 from greensward.scene import Camera, GreenswardError
+from greensward.scene.light import INTRINSICS
 from greensward.viewer.obstacles import Obstacles
 from greensward.viewpoint import place
 
@@ -229,8 +230,8 @@ class CameraController:
 def _straight(camera: Camera) -> dict[str, object]:
     if camera.projection == "perspective":
         return {"distortion": ()}
-    lens = dict.fromkeys(("fx_px", "fy_px", "cx_px", "cy_px", "calibrated_px"))
-    return {"projection": "perspective", "fov_y_deg": min(camera.fov_y_deg, _FOV_DEG[1]), **lens}
+    fov = min(camera.fov_y_deg, _FOV_DEG[1])
+    return {"projection": "perspective", "fov_y_deg": fov, **dict.fromkeys(INTRINSICS)}
 
 
 def ground_hit(

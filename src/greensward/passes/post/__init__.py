@@ -1,7 +1,7 @@
 """Tone mapping: from radiance to a picture, averaged over samples and encoded."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import moderngl
 import numpy as np
@@ -11,6 +11,7 @@ from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device, Stage
 from greensward.gpu.full_screen import FullScreenPass
 from greensward.gpu.kernels import Bindings
+from greensward.scene import InputError
 from greensward.scene.classes import SurfaceClass
 
 Encoding = Literal["srgb", "linear", "hdr"]
@@ -24,6 +25,13 @@ class Look:
     encoding: Encoding = "srgb"
     sky: bool = True
     ground: bool = True
+
+    def __post_init__(self) -> None:
+        if self.encoding not in get_args(Encoding):
+            raise InputError(f'encoding: must be "srgb", "linear" or "hdr" (got {self.encoding!r})')
+        for name, value in (("sky", self.sky), ("ground", self.ground)):
+            if value not in (True, False):
+                raise InputError(f"{name}: must be True or False (got {value!r})")
 
     @property
     def is_whole(self) -> bool:

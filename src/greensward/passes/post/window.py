@@ -25,6 +25,8 @@ class DepthScale:
     """Added to the offset after division by the depth in metres, or in a parallel view times it."""
     reversed: bool
     """True if nearer is greater."""
+    sky: float = 1.0
+    """Depth of the sky: the far end of the depth range."""
 
     @classmethod
     def of(
@@ -44,9 +46,11 @@ class DepthScale:
         b += a * behind_m if parallel else 0.0
         low, span = depth_range[0], depth_range[1] - depth_range[0]
         scale, shift = (span, low) if zero_to_one else (0.5 * span, low + 0.5 * span)
+        nearer_is_greater = scale * (a if parallel else b) > 0.0
+        sky = min(depth_range) if nearer_is_greater else max(depth_range)
         if parallel:
-            return cls(shift + scale * b, -scale * a, scale * a > 0.0)
-        return cls(shift - scale * a, scale * b, scale * b > 0.0)
+            return cls(shift + scale * b, -scale * a, nearer_is_greater, sky)
+        return cls(shift - scale * a, scale * b, nearer_is_greater, sky)
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,7 @@ class Blit:
             3,
             picture=picture,
             depth_scale=(scale.offset, scale.factor),
-            sky_depth=0.0 if scale.reversed else 1.0,
+            sky_depth=scale.sky,
             corner_px=window.viewport[:2],
             **values,
         )

@@ -25,10 +25,10 @@ def is_cut(before: Moment, now: Moment) -> bool:
     half times or less than two thirds, or where time went backwards or on by more than half a second.
     """
     (view, time_s), (next_view, next_time_s) = before, now
-    turn = float(view.axis_ws[:3] @ next_view.axis_ws[:3])
+    turn = float(min(view.axis_ws[:3] @ next_view.axis_ws[:3], _up(view) @ _up(next_view)))
     move_m = float(np.linalg.norm(next_view.camera_ws - view.camera_ws))
     zoom = sum(next_view.pixel_m) / sum(view.pixel_m)
-    return not (
+    return view.is_parallel != next_view.is_parallel or not (
         turn >= np.cos(np.radians(_CUT_TURN_DEG))
         and move_m <= _CUT_MOVE_M
         and 1.0 / _CUT_ZOOM <= zoom <= _CUT_ZOOM
@@ -36,11 +36,16 @@ def is_cut(before: Moment, now: Moment) -> bool:
     )
 
 
+def _up(view: View) -> npt.NDArray[np.float64]:
+    up: npt.NDArray[np.float64] = (view.starts_ws if view.is_parallel else view.rays_ws)[2]
+    return up / np.linalg.norm(up)
+
+
 class Temporal:
     """History of a moving picture."""
 
     def __init__(self, device: Device, bindings: Bindings, size: tuple[int, int], stage: Stage | None) -> None:
-        self._ctx = device.ctx
+        self._ctx, self._of_radiance = device.ctx, False
         self._pass = FullScreenPass(device, "passes/temporal/temporal.glsl", ["f2"], stage=stage, bindings=bindings)
         self._allocate(size)
 
@@ -57,12 +62,16 @@ class Temporal:
         """Frames that the history holds, since it began or the last cut."""
         return self._index + 1
 
-    def follow(self, before: Moment | None, now: Moment) -> int:
+    def follow(self, before: Moment | None, now: Moment, encoding: str = "srgb") -> int:
         """Number of the frame that is to be drawn; 0 where the history does not lead to it.
 
-        Its motion counts from the moment `before`, so the history must be of that one, and no cut between.
+        Its motion counts from the moment `before`, so the history must be of that one, in numbers of one encoding,
+        and no cut between.
         """
         leads = before is not None and before == self._holds and not is_cut(before, now)
+        # sRGB is made of linear numbers afterwards
+        radiance, self._of_radiance = self._of_radiance, encoding == "hdr"
+        leads = leads and radiance == self._of_radiance
         self._index = self._index + 1 if leads else 0
         self._holds = None  # until the frame is drawn
         return self._index
