@@ -132,7 +132,7 @@ def test_one_of_several_bands_is_chosen(tmp_path):
     np.testing.assert_array_equal(read_heights(path, band=2), 2 * HILL)
     assert refused(read_heights, path, band=3) == "has no band 3 of heights; it holds 1, 2"
     np.save(tmp_path / "a.npy", HILL)
-    assert refused(read_heights, tmp_path / "a.npy", band=2) == "has no band 2; it is a plain picture or an array"
+    assert refused(read_heights, tmp_path / "a.npy", band=2) == "has no band 2; it is read as one picture or array"
     paletted = tif(tmp_path / "b.tif", HILL.astype("u1"), photometric="palette")
     with rasterio.open(paletted, "r+") as file:
         file.write_colormap(1, {1: (9, 9, 9, 255)})

@@ -50,6 +50,8 @@ def test_heights_of_an_array_are_metres_and_its_holes_are_filled():
     assert field.size_m == (10, 6)
     assert field.heights[3, 5] == 8
     assert field.heights[1, 1] == pytest.approx(2, abs=1)
+    masked = np.ma.masked_array(np.where(np.isnan(holed), -9999.0, HILL), np.isnan(holed))
+    assert np.array_equal(HeightField.of(scene(masked)).heights, field.heights), "as rasterio reads what is hidden"
     stretched = HeightMapGround(array=HILL.astype(np.int16), height_m=(10, 18))
     assert HeightField.of(Scene(ground=stretched)).highest_m == 18
 

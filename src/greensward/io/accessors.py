@@ -134,7 +134,7 @@ def bytes_at(path: Path, uri: str) -> bytes:
         except binascii.Error:
             raise InputError(f"{path}: holds base64 text that is damaged") from None
     if urlsplit(uri).scheme:
-        raise InputError(f"{path}: names {uri}, and only files beside it are read; download it")
+        raise InputError(f"{path}: names {uri}, and only files of this machine are read; download it")
     name = unquote(uri)
     found = path.parent / name
     if not found.exists():

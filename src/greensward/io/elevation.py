@@ -102,7 +102,7 @@ def _samples(path: Path, key: str | None, band: int | None, byte_order: ByteOrde
         for name, value, applies, holds in (
             ("key", key, zipped, "only an .npz file holds named arrays"),
             ("byte_order", byte_order, ending in _RAW, "only a RAW file has to be told"),
-            ("band", None if band == 1 else band, for_gdal, "it is a plain picture or an array"),
+            ("band", None if band == 1 else band, for_gdal, "it is read as one picture or array"),
         ):
             if value is not None and not applies:
                 raise InputError(f"{path}: has no {name} {value}; {holds}")

@@ -205,5 +205,7 @@ def short(value: Any, quoted: bool = True) -> str:
             return "a table"
         case BaseModel():
             return f"a {type(value).__name__}"
+        case _ if shape := getattr(value, "shape", ()):
+            return "an array of " + " × ".join(map(str, shape))
         case _:
             return str(value)
