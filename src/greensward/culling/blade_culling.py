@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from greensward.culling.chunks import CHUNK, ChunkRange, ChunkTable
 from greensward.culling.compaction import DRAW_COMMAND, Compaction
-from greensward.gpu.buffers import at_least, release_all, zeros
+from greensward.gpu.buffers import at_least, read_back, release_all, zeros
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Kernel, Resource
 from greensward.gpu.view import View
@@ -92,8 +92,7 @@ class BladeCulling:
 
     def survivors(self) -> npt.NDArray[np.uint32]:
         """Blades that survived, of every command, read back."""
-        self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        commands: npt.NDArray[np.void] = np.frombuffer(self.commands.read(), DRAW_COMMAND.dtype)
+        commands: npt.NDArray[np.void] = np.frombuffer(read_back(self._device, self.commands), DRAW_COMMAND.dtype)
         result: npt.NDArray[np.uint32] = commands["survivors"]
         return result
 

@@ -65,6 +65,20 @@ def upload(buffer: moderngl.Buffer, data: npt.NDArray[Any]) -> None:
     buffer.write(np.ascontiguousarray(data))
 
 
+def read_back(device: Device, buffer: moderngl.Buffer, nbytes: int | None = None, offset: int = 0) -> bytes:
+    """Read bytes that the device wrote, through a copy. Waits for the GPU.
+
+    NVIDIA's driver moves a buffer that is read itself to the host's memory, where each later draw waits for it.
+    """
+    nbytes = buffer.size - offset if nbytes is None else nbytes
+    device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
+    copy = device.ctx.buffer(reserve=nbytes)
+    device.ctx.copy_buffer(copy, buffer, size=nbytes, read_offset=offset)
+    data: bytes = copy.read()
+    copy.release()
+    return data
+
+
 def at_least(device: Device, buffer: moderngl.Buffer, nbytes: int, item_bytes: int = WORD) -> moderngl.Buffer:
     """Return the buffer, or in its place a larger one of whole items that holds nothing yet."""
     if buffer.size >= nbytes:

@@ -191,17 +191,11 @@ class WrittenBlock:
     """One block's values on the GPU, which a compute shader writes."""
 
     def __init__(self, ctx: moderngl.Context, block: Block) -> None:
-        self.block = block
         self.buffer = ctx.buffer(bytes(block.dtype.itemsize))
 
     def uploaded(self) -> moderngl.Buffer:
         """The buffer, as `BlockBuffer` has it."""
         return self.buffer
-
-    def read(self) -> np.void:
-        """Read back the values by name. Waits for the GPU."""
-        values: np.void = np.frombuffer(self.buffer.read(), self.block.dtype)[0]
-        return values
 
     def release(self) -> None:
         """Free the GPU memory."""

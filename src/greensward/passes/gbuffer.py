@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import at_least, release_all
+from greensward.gpu.buffers import at_least, read_back, release_all
 from greensward.gpu.depth import ReversedDepth
 from greensward.gpu.device import IMAGES_WRITTEN, Device, Stage
 from greensward.gpu.kernels import Bindings, Kernel
@@ -102,8 +102,7 @@ class BladePixels:
 
     def read(self) -> int:
         """Number of them when they were counted last. Waits for the GPU."""
-        self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        return int(np.frombuffer(self._counts.read(WORD * self._squares), np.uint32).sum())
+        return int(np.frombuffer(read_back(self._device, self._counts, WORD * self._squares), np.uint32).sum())
 
     def release(self) -> None:
         """Free the GPU resources."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from greensward.gpu.buffers import release_all
+from greensward.gpu.buffers import read_back, release_all
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Bindings, Kernel
 from greensward.gpu.layouts import BlockBuffer
@@ -213,9 +213,8 @@ class Field:
         for page in self.pages:
             at = number - page.first_number
             if 0 <= at < page.capacity:
-                self._device.ctx.memory_barrier()
                 size = BLADE.dtype.itemsize
-                row = np.frombuffer(page.blades.read(size, offset=at * size), BLADE.dtype)[0]
+                row = np.frombuffer(read_back(self._device, page.blades, size, at * size), BLADE.dtype)[0]
                 return row, np.array([row["x"], row["y"], row["z"]], np.float64) + self._anchor_ws, page.object_index
         return None
 
@@ -223,12 +222,11 @@ class Field:
         """Find the number of the blade with a permanent id; 0 if it is not stored. Waits for the GPU."""
         kind = blade_id >> 60
         if kind == BladeKind.GROUND:
-            self._device.ctx.memory_barrier()
             for page in self.pages:
                 if page.ids is not None:
                     # what a freed slot held is still there; only rows of tiles count
                     rows = page.tiles.rows()
-                    ids = np.frombuffer(page.ids.read(), np.uint64)[rows]
+                    ids = np.frombuffer(read_back(self._device, page.ids), np.uint64)[rows]
                     if len(found := np.flatnonzero(ids == np.uint64(blade_id))):
                         return page.first_number + int(rows[found[0]])
         if kind == BladeKind.OBJECT:

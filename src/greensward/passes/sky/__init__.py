@@ -4,6 +4,7 @@ import moderngl
 import numpy as np
 import numpy.typing as npt
 
+from greensward.gpu.buffers import read_back
 from greensward.gpu.device import Device, Stage
 from greensward.gpu.full_screen import FullScreenPass
 from greensward.gpu.kernels import Bindings, Kernel
@@ -23,7 +24,7 @@ class Sky:
     """Radiance of the clear sky for every direction, and its light as a whole; drawn once per sun and air."""
 
     def __init__(self, device: Device, light: BlockBuffer, stage: Stage | None = None) -> None:
-        self._ctx = device.ctx
+        self._device, self._ctx = device, device.ctx
         self._pass = FullScreenPass(device, "passes/sky/table.glsl", ["f4"], stage=stage, bindings={"Light": light})
         self._ambient = Kernel(device, "passes/sky/ambient.comp", {}, {"Light": light})
         self._table = device.ctx.texture(_SIZE, 4, dtype="f4")
@@ -41,7 +42,8 @@ class Sky:
 
     def read(self) -> np.void:
         """Read back the light of the sky, by the names of its members. Waits for the GPU."""
-        return self._light.read()
+        values: np.void = np.frombuffer(read_back(self._device, self._light.buffer), SKY_LIGHT_BLOCK.dtype)[0]
+        return values
 
     def release(self) -> None:
         """Free the GPU resources."""

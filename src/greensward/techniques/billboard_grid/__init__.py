@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel
 
-from greensward.gpu.buffers import at_least
+from greensward.gpu.buffers import at_least, read_back
 from greensward.gpu.device import IMAGES_WRITTEN, Device
 from greensward.gpu.full_screen import FullScreenPass
 from greensward.gpu.kernels import Draw, Kernel, Resource
@@ -140,8 +140,7 @@ class BillboardGrid:
 
     def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
         """Look up the ids, which the rays have left for each pixel; a number is that of a pixel."""
-        self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        ids: Ids = np.frombuffer(self._ids.read(), np.uint64)[numbers - FIRST_TRACED]
+        ids: Ids = np.frombuffer(read_back(self._device, self._ids), np.uint64)[numbers - FIRST_TRACED]
         return ids
 
     def considered(self, view: View) -> int:  # noqa: ARG002

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pydantic import BaseModel
 
 from greensward.culling import DRAW_COMMAND, DrawList, distance_to, test_defines
-from greensward.gpu.buffers import at_least, release_all, upload
+from greensward.gpu.buffers import at_least, read_back, release_all, upload
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Draw, Mesh
 from greensward.gpu.layouts import BlockBuffer
@@ -211,8 +211,7 @@ class ExpandedRoots:
 
     def drawn(self, view: View) -> int:  # noqa: ARG002
         """Count the blades of the picture that were drawn in the last frame."""
-        self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        return int(np.frombuffer(self._drawn.read(), np.uint32).sum())
+        return int(np.frombuffer(read_back(self._device, self._drawn), np.uint32).sum())
 
     def release(self) -> None:
         """Free programs, textures and buffers."""

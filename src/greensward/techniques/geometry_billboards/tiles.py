@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.culling import DRAW_COMMAND, Compaction, distance_defines
-from greensward.gpu.buffers import release_all, zeros
+from greensward.gpu.buffers import read_back, release_all, zeros
 from greensward.gpu.device import COMMANDS_WRITTEN, Device
 from greensward.gpu.kernels import Kernel, grid
 from greensward.gpu.layouts import struct
@@ -171,8 +171,7 @@ class Tiles:
 
     def drawn(self) -> int:
         """Count the roots and flat tiles that were listed last. Waits for the GPU."""
-        self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        commands = np.frombuffer(self.commands.read(), DRAW_COMMAND.dtype)[:LEVELS]
+        commands = np.frombuffer(read_back(self._device, self.commands), DRAW_COMMAND.dtype)[:LEVELS]
         return int((commands["instances"] * np.where(np.arange(LEVELS) < LEVELS - 1, commands["vertices"], 1)).sum())
 
     def release(self) -> None:

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from pydantic import BaseModel
 
 from greensward.culling import CHUNK, BladeCulling, DrawList, distance_defines
-from greensward.gpu.buffers import BufferRange, at_least, release_all, upload
+from greensward.gpu.buffers import BufferRange, at_least, read_back, release_all, upload
 from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Draw, Kernel
 from greensward.gpu.layouts import WORD, BlockBuffer
@@ -216,8 +216,7 @@ class TessellatedQuads:
 
     def drawn(self, view: View) -> int:  # noqa: ARG002
         """Count the blades of the picture that were cut into at least one quad in the last frame."""
-        self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        return int(np.frombuffer(self._drawn.read(), np.uint32).sum())
+        return int(np.frombuffer(read_back(self._device, self._drawn), np.uint32).sum())
 
     def release(self) -> None:
         """Free programs, blocks, textures and buffers."""

@@ -18,7 +18,7 @@ from greensward.culling import (
     test_defines,
     width_from,
 )
-from greensward.gpu.buffers import at_least, release_all, zeros
+from greensward.gpu.buffers import at_least, read_back, release_all, zeros
 from greensward.gpu.device import COMMANDS_WRITTEN, IMAGES_WRITTEN, STORAGE_WRITTEN, Device, Stage
 from greensward.gpu.kernels import Bindings, Draw, Kernel
 from greensward.gpu.layouts import WORD, BlockBuffer, struct
@@ -315,8 +315,7 @@ class VisibilityBuffer:
         """Count the blades that were drawn of the picture in the last frame."""
         if not self._world.visible.of(view):
             return 0
-        self._device.ctx.memory_barrier(moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        (lists,) = np.frombuffer(self._lists.read(), _LISTS.dtype)
+        (lists,) = np.frombuffer(read_back(self._device, self._lists), _LISTS.dtype)
         return int(lists["drawn"].sum())
 
     def release(self) -> None:
