@@ -16,6 +16,7 @@ from typing import Any
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 
 from greensward.gpu.limits import MOST_IMAGES, MOST_STORAGE_BLOCKS, MOST_TEXTURES, MOST_UNIFORM_BLOCKS
 
@@ -171,6 +172,9 @@ _FLAGS = {
 _FRAMEBUFFER_NOTES = ("viewport", "color_mask", "depth_mask")
 
 
+_Words = npt.NDArray[np.uint32]
+
+
 class _Entry:
     """Part of the state: where it is kept in memory, and what writes it."""
 
@@ -187,9 +191,9 @@ class _Entry:
         self.end = offset + self.struct.size
         self.fresh = None if fresh is None else self.struct.pack(*fresh)
 
-    def value(self, memory: bytes) -> tuple[float, ...]:
+    def value(self, memory: _Words) -> tuple[float, ...]:
         """Return what it was when the memory was filled."""
-        return self.struct.unpack_from(memory, self.offset)
+        return self.struct.unpack_from(memory.data, self.offset)
 
 
 _Calls = list[tuple[Callable[..., Any], tuple[Sequence[Any], ...]]]
@@ -204,8 +208,8 @@ class PreservedState:
 
     def __init__(self, ctx: moderngl.Context, loader: Callable[..., Callable[..., Any]]) -> None:
         self._ctx, self._loader = ctx, loader
-        self._memory = (ctypes.c_char * 2048)()
-        self._start = ctypes.addressof(self._memory)
+        room: _Words = np.zeros(512, np.uint32)
+        self._start = room.ctypes.data
         self._used = 0
         self._entries: list[_Entry] = []
         self._calls: _Calls = []
@@ -229,8 +233,8 @@ class PreservedState:
             if entry.fresh is not None:
                 self._fresh[span], self._is_fresh[span] = np.frombuffer(entry.fresh, np.uint32), True
 
-        self._fresh_bytes = self._fresh.tobytes()
-        self._slot_words = np.array([offset // 4 for offset, *_ in self._slots])
+        self._words = room[:words]
+        self._slot_words = np.array([offset // 4 for offset, *_ in self._bindings])
         self._calls = [(call, _converted(call, lists)) for call, lists in self._calls]
         self._blends = _converted(self._enabled_at, ([_BLEND] * _TARGETS, range(_TARGETS)))
         (self._switches,) = _converted(self._enabled, (self._switches,))
@@ -287,7 +291,7 @@ class PreservedState:
         for index in range(_TARGETS):
             offset, _ = self._reserve("i")
             self._entries.append(_Entry(f"blend{index}", offset, "i", _switcher_at(switch_at, _BLEND, index), (0,)))
-        self._blend_offset = self._used - 4 * _TARGETS
+        self._switch_words = slice(self._switch_offset // 4, self._used // 4)
         for index in range(_TARGETS):
             for name, code, put, asked in (
                 ("blend_factors", "4i", factors, _BLEND_QUERIES[:4]),
@@ -365,44 +369,40 @@ class PreservedState:
         part = self._function("glBindBufferRange", *(_UINT,) * 3, *(ctypes.c_ssize_t,) * 2)
         image = self._function("glBindImageTexture", _UINT, _UINT, _INT, _BOOL, _INT, _UINT, _UINT)
         is_buffer, is_texture = (self._function(name, _UINT, returns=_BOOL) for name in ("glIsBuffer", "glIsTexture"))
-        self._slots: list[tuple[int, int, tuple[int, ...], Callable[..., Any]]] = []
+        self._bindings: list[tuple[int, int, tuple[int, ...], Callable[..., Any]]] = []
         queries: list[int] = []
         indices: list[int] = []
         addresses: list[int] = []
-        self._slots_offset = self._used
+        slots_offset = self._used
         for name, (count, target, binding, *extent) in _BUFFERS.items():
             for slot in range(count):
                 offset, address = self._reserve("3q")
                 write = _buffer_writer(base, part, is_buffer, target, slot)
                 self._entries.append(_Entry(f"{name}{slot}", offset, "3q", write))
-                self._slots.append((offset, slot, tuple(extent), self._get_l_at))
+                self._bindings.append((offset, slot, tuple(extent), self._get_l_at))
                 queries.append(binding)
                 indices.append(slot)
                 addresses.append(address)
         for unit in range(MOST_IMAGES):
             offset, address = self._reserve("6i")
             self._entries.append(_Entry(f"image{unit}", offset, "6i", _image_writer(image, is_texture, unit)))
-            self._slots.append((offset, unit, _IMAGE_QUERIES[1:], self._get_i_at))
+            self._bindings.append((offset, unit, _IMAGE_QUERIES[1:], self._get_i_at))
             queries.append(_IMAGE_QUERIES[0])
             indices.append(unit)
             addresses.append(address)
-        self._slots_bytes = self._used - self._slots_offset
+        self._slots = slice(slots_offset // 4, self._used // 4)
         self._calls.append((self._get_i_at, (queries, indices, addresses)))
 
     # Reading and writing -----------------------------------------------------------------------------------
 
-    def _read(self) -> bytes:
-        memory, start = self._memory, self._start
-        ctypes.memset(start + self._slots_offset, 0, self._slots_bytes)
+    def _read(self) -> _Words:
+        words, start = self._words, self._start
+        words[self._slots] = 0
         for call, arguments in self._calls:
             deque(map(call, *arguments), maxlen=0)
-        for at, count, answers in (
-            (self._switch_offset, len(self._switches), map(self._enabled, self._switches)),
-            (self._blend_offset, _TARGETS, map(self._enabled_at, *self._blends)),
-        ):
-            struct.pack_into(f"={count}i", memory, at, *answers)
-        for number in np.flatnonzero(np.frombuffer(bytes(memory), np.uint32)[self._slot_words]).tolist():
-            offset, slot, queries, get = self._slots[number]
+        words[self._switch_words] = [*map(self._enabled, self._switches), *map(self._enabled_at, *self._blends)]
+        for number in words[self._slot_words].nonzero()[0].tolist():
+            offset, slot, queries, get = self._bindings[number]
             width = 8 if get is self._get_l_at else 4
             for i, query in enumerate(queries, 1):
                 get(query, slot, start + offset + i * width)
@@ -413,9 +413,9 @@ class PreservedState:
                 self._activate(unit)
                 deque(map(self._get_i, asked, addresses), maxlen=0)
             self._activate(active)
-        return ctypes.string_at(start, self._used)
+        return words.copy()
 
-    def _write_entries(self, which: Any, wanted: bytes) -> None:
+    def _write_entries(self, which: Any, wanted: _Words) -> None:
         moved = False
         # less than 0: the second answer of what is told twice
         for number in sorted({number for number in self._entry_of[which].tolist() if number >= 0}):
@@ -423,13 +423,13 @@ class PreservedState:
             entry.write(*entry.value(wanted))
             moved = moved or entry.name.startswith("bound_")
         if moved:
-            self._activate(ctypes.c_uint.from_buffer_copy(wanted, self._active_at - self._start).value)
+            self._activate(int(wanted[(self._active_at - self._start) // 4]))
 
-    def _freshen(self, now: bytes) -> None:
+    def _freshen(self, now: _Words) -> None:
         """Change the state, as it is now, to one like a new context's in all that changes how something is drawn."""
-        stale = (np.frombuffer(now, np.uint32) != self._fresh) & self._is_fresh
+        stale = (now != self._fresh) & self._is_fresh
         if stale.any():
-            self._write_entries(stale, self._fresh_bytes)
+            self._write_entries(stale, self._fresh)
 
     def snapshot(self) -> dict[str, Any]:
         """Read all that `preserved` preserves, by name; equal dictionaries mean equal state."""
@@ -447,7 +447,7 @@ class PreservedState:
         fresh, and stays as it is left.
         """
         if not write_back:
-            self._write_entries(self._is_fresh, self._fresh_bytes)
+            self._write_entries(self._is_fresh, self._fresh)
             self._ctx.mglo.enable_only(moderngl.NOTHING)
             yield
             return
@@ -458,8 +458,7 @@ class PreservedState:
             yield
         finally:
             _write_notes(self._ctx, notes, lambda name: self._entry[name].value(before)[0] != 0)
-            differs = np.frombuffer(before, np.uint32) != np.frombuffer(self._read(), np.uint32)
-            self._write_entries(differs, before)
+            self._write_entries(before != self._read(), before)
 
 
 def _converted(call: Any, lists: Sequence[Sequence[Any]]) -> tuple[Sequence[Any], ...]:
