@@ -2,6 +2,7 @@
 
 import os
 import re
+import warnings
 from pathlib import Path
 
 import pytest
@@ -442,3 +443,21 @@ def test_no_word_of_the_validator_reaches_a_user():
             except SceneError as error:
                 told = str(error)
             assert not re.search("Input|pydantic|valid |Value error", told), (key, value)
+
+
+@pytest.mark.parametrize(
+    ("camera", "warned"),
+    [
+        ("fov_y_deg = 40\nfx_px = 900.0", "camera.fov_y_deg: does not count, but fx_px with"),
+        ('fov_y_deg = 40\nprojection = "orthographic"', "camera.fov_y_deg: does not count, but view_height_m with"),
+        ("view_height_m = 4.0", "camera.view_height_m: does not count, but fov_y_deg with"),
+        ("fov_y_deg = 40", None),
+        ('projection = "orthographic"\nview_height_m = 4.0', None),
+    ],
+)
+def test_keys_of_a_lens_that_do_not_count_are_warned_of(tmp_path, camera, warned):
+    (tmp_path / "a.toml").write_text(f"[camera]\n{camera}\n")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        load(tmp_path / "a.toml")
+    assert [str(each.message).startswith(warned or "") for each in told] == ([True] if warned else [])

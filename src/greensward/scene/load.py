@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -12,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from greensward.scene.base import names_a_file
 from greensward.scene.errors import InputError, SceneError
 from greensward.scene.kinds import kind_of, models_in
-from greensward.scene.light import INTRINSICS
+from greensward.scene.light import INTRINSICS, Camera
 from greensward.scene.plain import defaults_of, plain
 from greensward.scene.problems import Loc, Models, did_you_mean, one_of, place_of, sentences, short
 from greensward.scene.save import saved_text
@@ -67,7 +68,19 @@ def load(
     found += _technique_problems(table.get("technique", {}), technique_settings, changes)
     if found or scene is None:
         raise SceneError(dict.fromkeys(found))
+    _warn_of_idle_keys(table.get("camera", {}), scene.camera)
     return scene.in_folder(folder)
+
+
+def _warn_of_idle_keys(written: Mapping[str, Any], camera: Camera) -> None:
+    """Warn of keys that say how wide a lens sees and do not count, since another stands for them."""
+    counts = "view_height_m" if camera.projection == "orthographic" else "fov_y_deg"
+    if camera.fx_px is not None:
+        counts = "fx_px"
+    for key in ("fov_y_deg", "view_height_m"):
+        if key in written and key != counts:
+            what = f'{counts} with projection = "{camera.projection}"'
+            warnings.warn(f"camera.{key}: does not count, but {what}; leave it out", stacklevel=3)
 
 
 def dump(scene: Scene) -> str:
