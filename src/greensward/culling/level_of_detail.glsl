@@ -69,3 +69,9 @@ float lodFade(Blade b, float distance_m) {
     return edge * clamp((coverage - rank) / (GROWING * coverage), 0.0, 1.0);
 #endif
 }
+
+// The up of what it grows on. On the ground a blade's own is turned from the vertical towards that, by a part of the way.
+vec3 groundUnder(Blade b) {
+    vec3 up = bladeUp(b);
+    return isOnObject(b) ? up : normalize(vec3(sward.towards_normal, 1.0, sward.towards_normal) * up);
+}

@@ -15,13 +15,11 @@ from greensward.sowing import Field, Page, UnstoredPage
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-HEAD_PX = (14.0, 5.0)
-"""Size on the screen down to which a head has full, and simple, detail."""
 
 
 @dataclass(frozen=True)
 class DrawList:
-    """Chunks of blades of a page that a view may show, nearest tiles first, and heads by level of detail."""
+    """Chunks of blades of a page that a view may show, nearest tiles first, and of its heads."""
 
     page: Page | UnstoredPage
     tiles: Indices
@@ -29,8 +27,7 @@ class DrawList:
     lengths: Indices
     """Number of blades of each, from its first on, that the view may show."""
     blades: ChunkRange
-    heads: tuple[ChunkRange, ...]
-    """Empty where the page has none."""
+    heads: ChunkRange
 
 
 @dataclass(frozen=True)
@@ -80,8 +77,7 @@ class VisibleSet:
                 at, lengths = _needed(page, order, needed)
                 blades = self.chunks.add(page.tiles.start[at], lengths)
                 if blades.count:
-                    heads = self._heads(page, at, away, view) if isinstance(page, Page) else ()
-                    self._lists[view].append(DrawList(page, at, lengths, blades, heads))
+                    self._lists[view].append(DrawList(page, at, lengths, blades, self._heads(page, at, view)))
             if isinstance(page, Page):
                 stored.append(NeededTiles(page, order, away, eighths.max(axis=0)))
         return stored
@@ -91,19 +87,11 @@ class VisibleSet:
         at, lengths = _needed(page, order, eighths)
         return self.chunks.add(page.tiles.start[at], lengths)
 
-    def _heads(self, page: Page, at: Indices, away: Floats, view: View) -> tuple[ChunkRange, ...]:
-        if not page.head_count:
-            return ()
-        start, length = page.tiles.head_start[at], page.tiles.heads[at]
-        if view.purpose == "shadow":
-            # least detail, and none where the map is too coarse to tell them from blades
-            shown = self._broadest_head_m > 4.0 * view.pixel_m[1]
-            level = np.full(len(at), len(HEAD_PX) if shown else -1)
-        else:
-            # the broadest decide here; a smaller one may take less detail for itself, never more
-            size_px = self._broadest_head_m / np.maximum(away[at] * view.pixel_m[0] + view.pixel_m[1], 1e-9)
-            level = np.searchsorted(-np.array(HEAD_PX), -size_px)
-        return tuple(self.chunks.add(start[level == k], length[level == k], 1) for k in range(len(HEAD_PX) + 1))
+    def _heads(self, page: Page | UnstoredPage, at: Indices, view: View) -> ChunkRange:
+        # none where a shadow map is too coarse to tell them from blades
+        if not isinstance(page, Page) or view.purpose == "shadow" and self._broadest_head_m <= 4.0 * view.pixel_m[1]:
+            return ChunkRange(0, 0, 0)
+        return self.chunks.add(page.tiles.head_start[at], page.tiles.heads[at])
 
     def of(self, view: View) -> Sequence[DrawList]:
         """Draw lists of a view, by page of the field."""

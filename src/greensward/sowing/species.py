@@ -41,11 +41,11 @@ SWARD_BLOCK = block(
 )
 
 
-def _rows(grass: Grass) -> list[tuple[float, ...]]:
+def _rows(grass: Grass, share: float) -> list[tuple[float, ...]]:
     tilt = tuple(math.radians(angle) for angle in grass.tilt_deg)
     size_low, size_high = grass.head_size_m
     return [
-        (grass.share, grass.patchiness, SHAPES.index(grass.shape), HEADS.index(grass.head)),
+        (share, grass.patchiness, SHAPES.index(grass.shape), HEADS.index(grass.head)),
         (*grass.height_m, *grass.width_m),
         (*grass.stiffness, *tilt),
         (*grass.bend, *grass.dryness),
@@ -66,9 +66,9 @@ def sward_values(scene: Scene) -> dict[str, object]:
     """Members of the `Sward` block for a scene."""
     sowing = scene.sowing
     table = np.zeros((MOST_SPECIES * ROWS, 4), np.float32)
-    for i, grass in enumerate(scene.grass):
-        table[i * ROWS : (i + 1) * ROWS] = _rows(grass)
     shares = np.array([grass.share for grass in scene.grass] or [0.0])
+    for i, grass in enumerate(scene.grass):
+        table[i * ROWS : (i + 1) * ROWS] = _rows(grass, grass.share / max(shares.sum(), 1e-9))
     sizes = np.array([(sum(grass.height_m) / 2.0, sum(grass.width_m) / 2.0) for grass in scene.grass] or [(0.0, 0.0)])
     mean = shares @ sizes / max(shares.sum(), 1e-9)
     return {

@@ -1,7 +1,8 @@
 """Meshes of heads, near and far, padded to one length so that a draw needs no mesh bound per kind.
 
-A vertex is position and part, normal and padding: y runs along the head's axis from its base, lengths in units of
-the head's size. Part 0 is petal or seed, 1 the heart.
+A vertex is position and heart, normal and stem: y runs along the head's axis from its base, lengths in units of the
+head's size. Heart and stem are parts of the colour, from 0 to 1; the rest is petal or seed. Each level shows as much
+area as the finest, from the side and from above, or a field would change with distance.
 """
 
 from collections.abc import Callable
@@ -12,20 +13,39 @@ import numpy.typing as npt
 
 from greensward.scene.grass import HEADS
 
-LEVELS = ((0, 216), (216, 36), (252, 12))
-"""First vertex and vertices of each level of detail, the finest first; meshes are padded to these."""
+LEVELS = ((0, 576), (576, 48))
+"""First vertex and vertices of each level of detail that has a mesh, the finest first; meshes are padded to these."""
+OUTLINES = {
+    "none": (0.0, 0.0),
+    "panicle": (0.0217, 0.0108),
+    "spike": (0.0886, 0.018),
+    "daisy": (0.03, 0.5),
+    "cup": (0.29, 0.755),
+    "globe": (0.61, 0.65),
+}
+"""Area that a head shows from the side and along its axis, in units of its size squared; at an angle e above the
+side it is hypot(side cos e, along sin e)."""
+FAR_PAINT = {
+    "none": (0.0, 0.0),
+    "panicle": (0.0, 0.3),
+    "spike": (0.0, 0.0),
+    "daisy": (0.08, 0.0),
+    "cup": (0.04, 0.0),
+    "globe": (0.0, 0.0),
+}
+"""Heart and stem, as parts of the colour of a whole head."""
 Mesh = npt.NDArray[np.float64]
 
 
 def head_meshes() -> npt.NDArray[np.float32]:
     """All kinds in the order of `HEADS`, float32 (kinds, vertices of all levels, 8)."""
     builders: dict[str, tuple[Callable[[], Mesh], ...]] = {
-        "none": (_nothing, _nothing, _nothing),
-        "panicle": (lambda: _panicle(36), lambda: _panicle(6, 0.02, 0.22), lambda: _crossed(0.13, 0.35, 2)),
-        "spike": (_spike, lambda: _crossed(0.09, 0.45, 3), lambda: _crossed(0.09, 0.45, 2)),
-        "daisy": (_daisy, lambda: _disk(0.5, 0.02, 8), lambda: _disk(0.5, 0.02, 3)),
-        "cup": (_cup, lambda: _disk(0.48, 0.3, 8), lambda: _disk(0.48, 0.3, 3)),
-        "globe": (_globe, lambda: _crossed(0.9, 0.5, 3), lambda: _crossed(0.9, 0.5, 2)),
+        "none": (_nothing, _nothing),
+        "panicle": (_panicle, lambda: _plume(0.046, 8)),
+        "spike": (_spike, lambda: _spindle(0.064, 1.0)),
+        "daisy": (_daisy, lambda: _disk(0.42, 0.02)),
+        "cup": (_cup, lambda: _disk(0.52, 0.5)),
+        "globe": (_globe, lambda: _spindle(0.49, 0.9)),
     }
     last, size = LEVELS[-1]
     table = np.zeros((len(HEADS), last + size, 8), np.float32)
@@ -41,14 +61,15 @@ def _nothing() -> Mesh:
     return np.zeros((0, 8))
 
 
-def _facets(corners: Mesh, part: float = 0.0, out: Mesh | None = None) -> Mesh:
+def _facets(corners: Mesh, heart: float = 0.0, out: Mesh | None = None, stem: float = 0.0) -> Mesh:
     """Triangles (n, 3, 3) to vertices; normals flat, or along `out` of the same shape."""
     if out is None:
         flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         out = np.repeat(flat[:, None], 3, 1)
     result = np.zeros((len(corners) * 3, 8))
-    result[:, :3], result[:, 3] = corners.reshape(-1, 3), part
+    result[:, :3], result[:, 3] = corners.reshape(-1, 3), heart
     result[:, 4:7] = (out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-9)).reshape(-1, 3)
+    result[:, 7] = stem
     return result
 
 
@@ -115,45 +136,73 @@ def _globe() -> Mesh:
 
 
 def _spike() -> Mesh:
-    """A dense ear: a spindle with rows of grains standing out."""
-    along = np.linspace(0.0, 1.0, 7)
-    radius = 0.05 * np.sin(np.pi * np.clip(along * 0.9 + 0.08, 0.0, 1.0)) ** 0.5 * np.tile([1.0, 0.72], 4)[:7]
-    radius[-1] = 0.0
-    turn = 2.0 * np.pi * np.arange(7) / 6
-    faces = []
-    for k in range(6):
-        a = _polar(radius[k], along[k], turn + 0.5 * k)
-        b = _polar(radius[k + 1], along[k + 1], turn + 0.5 * (k + 1))
-        faces += [np.stack([a[:-1], b[:-1], a[1:]], 1), np.stack([a[1:], b[:-1], b[1:]], 1)]
-    return _facets(np.concatenate(faces))
+    """A dense ear: grains overlap upwards in six rows around it, each an open pyramid."""
+    ring, row = np.divmod(np.arange(48), 6)
+    turn = (row + 0.5 * (ring % 2)) * np.pi / 3.0
+    base = 0.86 * ring / 8.0
+    swell = np.sin(np.pi * (0.2 + 0.72 * ring / 8.0)) ** 0.5
+    root, tip = _polar(0.01, base - 0.02, turn), _polar(0.055 * swell, base + 0.19, turn)
+    middle = _polar(0.062 * swell, base + 0.07, turn)
+    left, right = (_polar(0.034 * swell, base + 0.07, turn + side) for side in (-0.75, 0.75))
+    sides = [(root, middle, left), (root, right, middle), (left, middle, tip), (middle, right, tip)]
+    return _facets(np.concatenate([np.stack(each, 1) for each in sides]))
 
 
-def _panicle(count: int, wide: float = 0.0075, long: float = 0.085) -> Mesh:
-    """A loose plume: spikelets spiral up the axis, the lower ones reaching further."""
-    along = (np.arange(count) + 0.5) / count
-    turn = 2.39996 * np.arange(count)
-    reach = 0.14 * (1.0 - along) ** 0.7 * (0.55 + 0.45 * np.sin(1.7 * np.arange(count)) ** 2) + 0.008
-    start = _polar(0.5 * reach, 0.86 * along + 0.02, turn)
-    middle = _polar(reach, 0.86 * along + 0.02 + 0.4 * long, turn)
-    end = _polar(reach * 1.15, 0.86 * along + 0.02 + long, turn)
-    left, right = middle + _polar(wide, 0.0, turn + 1.57), middle - _polar(wide, 0.0, turn + 1.57)
-    return _facets(np.concatenate([np.stack([start, left, right], 1), np.stack([left, end, right], 1)]))
+def _panicle() -> Mesh:
+    """A loose plume: whorls of fine branches around the stem, the lower ones longer, with spikelets along each."""
+    whorl, branch = np.divmod(np.arange(24), 4)
+    turn = 2.39996 * np.arange(24)
+    long = 0.03 + 0.2 * (1.0 - whorl / 6.0) ** 0.8 * (0.65 + 0.35 * np.sin(1.7 * np.arange(24)) ** 2)
+    start = 0.02 + 0.14 * whorl + 0.012 * branch
+    tip_r, tip_y = 0.6 * long, start + 0.9 * long
+    thin = _polar(0.0025, 0.0, turn + 0.5 * np.pi)
+    foot, tip = _polar(0.0, start, turn), _polar(tip_r, tip_y, turn)
+    stems = [np.stack([foot - thin, foot + thin, tip], 1), _ribbon(0.005, 0.0), _ribbon(0.005, 0.5 * np.pi)]
+    part = np.repeat(np.array([[0.45], [0.75], [1.0]]), 24, 1)
+    part[:2] += 0.08 * np.sin(np.arange(24))
+    aside = turn + np.array([[0.5], [-0.5], [0.0]]) * (1.0 - whorl / 8.0)
+    low = _polar(part * tip_r, start + part * (tip_y - start) - 0.01, turn)
+    reach = _polar(0.02, 0.055, aside)
+    wide = _polar(0.0075, 0.0, aside + 0.5 * np.pi)
+    left, right, high = low + 0.45 * reach - wide, low + 0.45 * reach + wide, low + reach
+    grains = np.concatenate([np.stack([low, right, left], 2), np.stack([left, right, high], 2)]).reshape(-1, 3, 3)
+    return np.concatenate([_facets(grains), _facets(np.concatenate(stems), stem=1.0)])
 
 
-def _crossed(width: float, widest: float, count: int) -> Mesh:
-    """Upright diamonds across each other."""
-    faces = []
-    for turn in np.pi * np.arange(count) / count:
-        left, right = _polar(width / 2, widest, turn), _polar(-width / 2, widest, turn)
-        base, top = np.zeros(3), np.array([0.0, 1.0, 0.0])
-        faces += [np.stack([base, left, right]), np.stack([left, top, right])]
-    return _facets(np.array(faces))
+def _ribbon(width: float, turn: float) -> Mesh:
+    """An upright sliver from the base of the head to its top."""
+    side = _polar(width / 2, 0.0, turn)
+    return np.stack([-side, side, np.array([0.0, 1.0, 0.0])])[None]
 
 
-def _disk(radius: float, height: float, sides: int) -> Mesh:
-    """A shallow cone of petals, with a raised heart where it has enough sides."""
-    turn = 2.0 * np.pi * np.arange(sides + 1) / sides
-    ring = _polar(radius * (1.0 - 0.12 * (np.arange(sides + 1) % 2 * (sides > 3))), height, turn)
-    corners = np.stack([np.broadcast_to([0.0, 0.0, 0.0], ring[:-1].shape), ring[1:], ring[:-1]], 1)
-    heart = _dome(0.14, 0.1, 0.03 + 0.25 * height, 4) if sides > 3 else _nothing()
-    return np.concatenate([_facets(corners), heart])
+def _plume(width: float, count: int) -> Mesh:
+    """Upright kites in a spiral up the axis, smaller towards its top."""
+    at = (np.arange(count) + 0.5) / count
+    turn, size = 2.39996 * np.arange(count), 1.0 - 0.6 * at
+    base, top = _polar(0.02 * size, 0.8 * at - 0.05, turn), _polar(0.13 * size, 0.8 * at + 0.24, turn)
+    wide = _polar(0.5 * width * size, 0.0, turn + 0.5 * np.pi)
+    left, right = 0.5 * (base + top) - wide, 0.5 * (base + top) + wide
+    return _facets(np.concatenate([np.stack([base, right, left], 1), np.stack([left, right, top], 1)]))
+
+
+def _spindle(radius: float, tall: float) -> Mesh:
+    """A body of four sides with a point at each end."""
+    turn = 0.5 * np.pi * np.arange(5)
+    low, high = _polar(radius, 0.18 * tall, turn), _polar(radius, 0.7 * tall, turn)
+    base, top = np.zeros_like(low[:-1]), np.broadcast_to([0.0, tall, 0.0], low[:-1].shape)
+    corners = np.concatenate(
+        [
+            np.stack([base, low[:-1], low[1:]], 1),
+            np.stack([low[:-1], high[:-1], low[1:]], 1),
+            np.stack([low[1:], high[:-1], high[1:]], 1),
+            np.stack([high[:-1], top, high[1:]], 1),
+        ]
+    )
+    return _facets(corners, 0.0, corners - np.array([0.0, 0.45 * tall, 0.0]))
+
+
+def _disk(radius: float, height: float) -> Mesh:
+    """A shallow cone of petals with a raised heart."""
+    ring = _polar(radius, height, 0.25 * np.pi * np.arange(9))
+    petals = np.stack([np.zeros_like(ring[:-1]), ring[1:], ring[:-1]], 1)
+    return np.concatenate([_facets(petals), _dome(0.14, 0.1, 0.03 + 0.25 * height, 4)])

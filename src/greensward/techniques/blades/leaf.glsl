@@ -19,12 +19,6 @@ vec3 toViewerFrom(vec3 point) { return normalize(view.eye_rs.xyz - point * view.
 // reaches exactly 0 there, so that leaving out the blade changes nothing.
 float edgeOnFade(float alignment, float limit) { return 1.0 - smoothstep(limit - FADE, limit, alignment); }
 
-// The up of what it grows on. On the ground a blade's own is turned from the vertical towards that, by a part of the way.
-vec3 groundUnder(Blade b) {
-    vec3 up = bladeUp(b);
-    return isOnObject(b) ? up : normalize(vec3(sward.towards_normal, 1.0, sward.towards_normal) * up);
-}
-
 float coverageOf(Blade b, BladeBounds h) {
     float least = leaf.min_width_px * (view.camera_pixel_m.x * h.away + view.camera_pixel_m.y);
     float layers = occludingLayers(bladeCrowding(b), dot(view.camera_ws.xyz - bladeRoot(b), groundUnder(b)) / h.away, least);
