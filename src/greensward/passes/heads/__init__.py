@@ -19,7 +19,7 @@ from greensward.world import World
 
 _FOLDER = "passes/heads"
 _VERTEX = struct("HeadVertex", ("place", "vec4"), ("normal", "vec4"))
-_LEVEL_PX = 28.0, 9.0
+_LEVEL_PX = 28.0, 6.0
 """Size on the screen down to which a head has full, and simple, detail; below, it is a triangle."""
 _FAR = len(_LEVEL_PX)
 _MOST_HEADS = {"picture": 12, "shadow": 2}

@@ -25,7 +25,7 @@ uniform mat4 previous_from_now;  // where a point of what the blade grows on was
 
 // From the blade's own head to the place of another one of its species, which is somewhere near
 vec3 toMember(Blade b, int member) {
-    if (member == 0 || isOnObject(b)) return vec3(0.0);
+    if (member == 0) return vec3(0.0);
     float turn = 6.2832 * bladeRandom(b) + GOLDEN * float(member);
     vec2 xz = apart(bladeSpecies(b)) * spread(float(member)) * vec2(cos(turn), sin(turn));
     vec3 up = groundUnder(b);
@@ -55,7 +55,7 @@ void main() {
     Blade b = h.blade;
     // all that it stands for are drawn, as far as they may
     float part = member == 0 ? 1.0 : sqrt(clamp(h.each - float(member), 0.0, 1.0));
-    if (part <= 0.0) return;
+    if (part <= 0.0 || float(member) >= mostOf(h, float(heads_each))) return;
     int kindOfGrass = bladeSpecies(b), kind = int(species(kindOfGrass, MIX).w);
     vec2 grown = part * grownSize(h, float(heads_each));
     vec3 at = h.tip + toMember(b, member);
