@@ -30,7 +30,8 @@ def _boxes(fence: Fence, heights: HeightField, seed: int, index: int) -> list[Bo
     random, worn = np.random.default_rng([seed, 7919, index]), fence.weathered
     at = _evenly(line_of(fence.path, fence.smooth), fence.spacing_m)
     ways = np.gradient(at, axis=0)
-    same: dict[str, Any] = {"roughness": fence.roughness, "collides": fence.collides, "clears": fence.clears}
+    names = ("roughness", "weathered", "collides", "clears")
+    same: dict[str, Any] = {name: getattr(fence, name) for name in names}
 
     def varied(shape: int | tuple[int, ...], most: float) -> Floats:
         return worn * most * random.uniform(-1.0, 1.0, shape)

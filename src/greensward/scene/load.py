@@ -198,7 +198,8 @@ class _Changes:
                 break
             if isinstance(node, dict):
                 model = _chosen(models, node)
-                node.setdefault(key, plain(defaults_of(model, node).get(str(key), {}) if model else {}))
+                start = plain(defaults_of(model, node).get(str(key), {}) if model else {})
+                node.setdefault(key, {} if start is None else start)
                 field = model.model_fields.get(str(key)) if model else None
                 models = models_in(field.annotation) if field else ()
             node = node[key]

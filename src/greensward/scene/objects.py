@@ -85,6 +85,8 @@ class _Object(Model):
     """sRGB of its surface. Without it, a mesh has the colours of its file, and what has none is `#8a8378`."""
     roughness: Number = Field(default=0.9, ge=0.05, le=1)
     """Gloss: low is shiny."""
+    weathered: Number = Field(default=0.0, ge=0, le=1)
+    """Streaks and blotches on its surface, as on old wood; 0 has none."""
     drawn: Flag = True
     """True if it is visible."""
     collides: Flag = True

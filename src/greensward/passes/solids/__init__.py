@@ -21,10 +21,16 @@ from greensward.world import World
 
 _FOLDER = "passes/solids"
 _INSTANCE = np.dtype(
-    [("now", "f4", (3, 4)), ("before", "f4", (3, 4)), ("paint", "f4", 4), ("size_and_number", "f4", 4)]
+    [
+        ("now", "f4", (3, 4)),
+        ("before", "f4", (3, 4)),
+        ("paint", "f4", 4),
+        ("size_and_number", "f4", 4),
+        ("weathered", "f4"),
+    ]
 )
-_FORMATS = "4f4 4f4 4f4 4f4 4f4 4f4 4f4 4f4/i"
-_NAMES = ("now0", "now1", "now2", "before0", "before1", "before2", "paint", "size_and_number")
+_FORMATS = "4f4 4f4 4f4 4f4 4f4 4f4 4f4 4f4 1f4/i"
+_NAMES = ("now0", "now1", "now2", "before0", "before1", "before2", "paint", "size_and_number", "weathered")
 _CORNER = np.dtype(
     [("corner", "f4", 3), ("normal", "f4", 3), ("tint", "f4", 4), ("texel", "f4", 2), ("surface", "f4", 4)]
 )
@@ -32,7 +38,7 @@ _CORNER_FORMAT = "3f4 3f4 4f4 2f4 4f4"
 
 
 class _Shape:
-    """Objects that share a mesh of unit size: place now and a frame ago, colour and roughness, and size of each."""
+    """Objects that share a mesh of unit size: place now and a frame ago, colour, roughness, wear and size of each."""
 
     def __init__(self, device: Device, mesh: TriMesh, indices: list[int], objects: list[Object]) -> None:
         self.indices = np.array(indices)
@@ -40,6 +46,7 @@ class _Shape:
         for instance, index, each in zip(self.instances, indices, objects, strict=True):
             instance["paint"] = *linear(each.colour or PLAIN_COLOUR), each.roughness
             instance["size_and_number"] = *_size_of(each), index + 1
+            instance["weathered"] = each.weathered
         corners = np.zeros(len(mesh.positions), _CORNER)
         corners["corner"], corners["normal"] = mesh.positions, mesh.normals
         if objects[0].colour is None:

@@ -34,7 +34,7 @@ void main() {
 in vec3 local;
 in vec3 normal_ws;
 in vec4 colour;
-in float weathered;
+in float worn;
 in vec4 previousClip;
 flat in uint number;
 
@@ -45,11 +45,11 @@ void main() {
     if (found.a < surface_of.y) discard;
     own *= found.rgb * found.rgb;
 #endif
-    // weathering of what has no colours of its own: streaks along the height, and blotches
+    // streaks along the height, and blotches
     float streak = simplex(vec2(local.x + local.z * 1.7, local.y * 0.12) * 42.0, 3u);
     float blotch = octaves(local.xy * 3.0 + local.z * 2.0, 9u, 3, 0.6, 2.3);
     Surface s;
-    s.baseColour = own * (1.0 + weathered * (0.14 * streak + 0.22 * blotch));
+    s.baseColour = own * (1.0 + worn * (0.14 * streak + 0.22 * blotch));
     s.transmittance = 0.0;
     s.normal_ws = normalize(normal_ws);
     s.occlusion = 0.9;

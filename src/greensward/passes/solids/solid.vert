@@ -13,12 +13,13 @@ in vec4 before0;
 in vec4 before1;
 in vec4 before2;
 in vec4 paint;
+in float weathered;
 in vec4 size_and_number;  // of the instance, where the mesh is of unit size; its number in the scene, from 1 on
 
 out vec3 local;
 out vec3 normal_ws;
 out vec4 colour;
-out float weathered;
+out float worn;
 #ifdef PICTURES
 out vec2 texel_uv;
 flat out vec4 surface_of;
@@ -35,7 +36,7 @@ void main() {
     vec3 before_ws = vec3(dot(before0, own), dot(before1, own), dot(before2, own));
     normal_ws = vec3(dot(now0.xyz, ownNormal), dot(now1.xyz, ownNormal), dot(now2.xyz, ownNormal));
     local = own.xyz;
-    weathered = 1.0 - tint.w;
+    worn = weathered;
 #ifdef PICTURES
     texel_uv = texel;
     surface_of = surface;
