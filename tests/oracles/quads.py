@@ -23,9 +23,8 @@ def level_by_distance(smoothness: Array, distance: Array, farthest: Array) -> Ar
 
 
 def level_by_size(smoothness: Array, upper: Array, lower: Array, height_px: Array, px_per_quad: Array) -> Array:
-    """Equation 5, in whole levels of at least 1."""
-    tall = ((upper * 0.5 + 0.5) - (lower * 0.5 + 0.5)) * height_px
-    return np.maximum(np.minimum(np.ceil(tall / px_per_quad), smoothness), 1)
+    """Equation 5; at 0 and below, the blade is culled."""
+    return np.minimum(((upper * 0.5 + 0.5) - (lower * 0.5 + 0.5)) * height_px / px_per_quad, smoothness)
 
 
 def control(lower: Array, upper: Array, r1: Array, r2: Array) -> Array:
