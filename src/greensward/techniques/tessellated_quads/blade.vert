@@ -118,6 +118,17 @@ void offsetAtRandom(Fetched f, vec3 up, vec3 rest, inout vec3 tip, inout vec3 be
     before += own;
 }
 
+// Left to right: level, as in equation 2, or square to a blade that leans as it was sown
+vec3 sideOf(Blade b, vec3 up, vec3 chord) {
+#ifdef RANDOM_QUADS
+    vec3 front, side;
+    bladeFrame(up, b.facing, front, side);
+    return side;
+#else
+    return acrossOf(b, chord);
+#endif
+}
+
 #ifndef SHADOW
 Material ownMaterial(Blade b, BladeBounds h) {
 #ifdef SHADED_ALONE
@@ -156,7 +167,7 @@ void main() {
     vec3 chord = chordOf(h);
 
     lower *= h.fade;
-    blade.trueSide = acrossOf(f.b, chord);
+    blade.trueSide = sideOf(f.b, up, chord);
     outline(h.v0, drawnSide(blade.trueSide, chord, toViewerFrom(h.middle)), up, wide, lower * f.b.height, blade.corners);
     vec3 offset = lower * (tip - f.b.height * up);
     blade.corners[2] += offset;
