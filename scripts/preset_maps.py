@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Paint the textures and maps of the presets: `.venv/bin/python scripts/preset_maps.py`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -154,6 +155,28 @@ def oasis() -> None:
     _save("oasis-terrain", np.concatenate([sand, np.full((512, 512, 1), 255)], -1))
 
 
+def turf() -> None:
+    """Paint the ground under a meadow and under wheat, seamless: thatch among leaves, and straw on soil."""
+    _patchy("turf", [78, 96, 36], [108, 102, 56], 14)
+    _patchy("stubble", [128, 98, 46], [168, 132, 66], 15)
+
+
+def _patchy(name: str, low: Sequence[float], high: Sequence[float], seed: int) -> None:
+    texels = 256
+    waves = np.fft.fftfreq(texels)[:, None] ** 2 + np.fft.fftfreq(texels)[None, :] ** 2
+    random = np.random.default_rng(seed)
+
+    def noise(texture_px: float) -> Array:
+        """Return noise that closes on itself, of mean 0 and standard deviation 1."""
+        white = np.fft.fft2(random.normal(size=(texels, texels)))
+        values = np.fft.ifft2(white * np.exp(-waves * (2 * texture_px) ** 2)).real
+        return np.asarray((values - values.mean()) / values.std())
+
+    thatch = _smoothstep(0.5 + 0.4 * noise(5.0) - 0.2)[..., None]
+    colour = np.array(low) * (1 - thatch) + thatch * np.array(high)
+    _save(name, colour * (1 + 0.16 * noise(1.2) + 0.08 * noise(12.0))[..., None])
+
+
 def foot() -> None:
     """Paint the outline of a bare left foot, toes to the north, dark on light."""
     picture = Image.new("L", (4 * 96, 4 * 224), 255)
@@ -250,6 +273,7 @@ def main() -> None:
     blade()
     wheat()
     oasis()
+    turf()
     foot()
     stone()
 

@@ -186,6 +186,8 @@ class Renderer:
                     self._scripts | self._placed,
                     needs.stored,
                     needs.beside,
+                    needs.on_ground,
+                    needs.density,
                 )
             )
             self._technique = self._own(technique(device, self._world, settings))
@@ -540,7 +542,8 @@ class Renderer:
 
     def _colours_are_looked_up(self) -> bool:
         """Return whether no picture of blades was made with their colours."""
-        return self._far is None and self._technique.needs(chosen(self.scene)[1]).stored
+        needs = self._technique.needs(chosen(self.scene)[1])
+        return self._far is None and needs.stored and needs.on_ground
 
     def _update_in_place(self, scene: Scene) -> None:
         before = self.scene

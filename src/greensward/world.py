@@ -50,7 +50,8 @@ class World:
     """Ground, field, objects and motion of a scene on one device.
 
     Without `sown` the field stays empty, for a technique that brings blades of its own; `beside` is how far from a
-    blade of the field it draws others, in mean distances between blades. Full-screen passes run in `stage`.
+    blade of the field it draws others, in mean distances between blades. Without `on_ground` only objects are sown;
+    `density` is a factor on the scene's. Full-screen passes run in `stage`.
     `bindings` takes what shaders of the frame share, by name.
     """
 
@@ -64,6 +65,8 @@ class World:
         scripts: Mapping[str, Script] | None = None,
         sown: bool = True,
         beside: float = 0.0,
+        on_ground: bool = True,
+        density: float = 1.0,
     ) -> None:
         self.device = device
         self.scene = scene
@@ -74,7 +77,7 @@ class World:
         self.ground = GroundGpu(device, scene, heights)
         self._stand(scene)
         self._clearings = Clearings(device, scene, self.placing, self.objects, heights)
-        self.field = Field(device, scene, self.ground, beside, self._clearings.bindings)
+        self.field = Field(device, scene, self.ground, beside, self._clearings.bindings, on_ground, density)
         self._winds = Winds(device, scene, heights, self.placing.moving)
         self._forces = Forces(device, scene)
         bindings.update({**self.field.bindings, **self._winds.bindings, **self._forces.bindings})

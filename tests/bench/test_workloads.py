@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from greensward.bench.variants import split_names, variant_of
@@ -14,6 +15,7 @@ from greensward.bench.workloads import (
     toy,
     workloads,
 )
+from greensward.ground import HeightField
 from greensward.library import load
 from greensward.scene import InputError, SceneError
 from greensward.scene.load import dump
@@ -65,6 +67,55 @@ def test_table_1_has_its_rows():
     assert (far.ground.size_m, far.ground.beyond) == ((90_000.0, 90_000.0), "bare")
     assert far.flowers
     assert far.sowing.reach_m == cases["Instance 2000x2000, flowers, effects on"].build().sowing.reach_m
+
+
+_PUBLISHED = """
+Oasis 160 on 75 136650, Oasis 160 off 78 136650, Oasis 320 on 65 330816, Oasis 320 off 68 330816,
+Meadow 300 on 84 348370, Meadow 300 off 88 348370, Meadow 300 objects on 83 348370, Meadow 300 objects off 87 348370,
+Meadow 600 objects on 81 340716, Meadow 600 objects off 85 340716,
+Instance 300 on 60 660000, Instance 300 off 62 660000, Instance 600 on 56 824000, Instance 600 off 58 824000,
+Instance 2000 flowers on 55 1008000, Instance 2000 flowers off 57 1008000,
+Instance 4000 flowers on 55 1008000, Instance 4000 flowers off 57 1008000,
+Instance 8000 flowers on 55 1008000, Instance 8000 flowers off 57 1008000,
+Instance 90000 flowers on 55 1008000, Instance 90000 flowers off 57 1008000"""
+
+
+def test_table_1_quotes_the_paper():
+    expected = []
+    for name, edge, *added, effects, fps, visible in map(str.split, _PUBLISHED.split(",")):
+        scene = ", ".join([f"{name} {edge}x{edge}", *added, f"effects {effects}"])
+        expected.append((scene, f"{fps} frames per second, {int(visible):,} blades visible"))
+    assert [(case.name, case.published) for case in ALL["jahrmann2013-table1"].cases] == expected
+
+
+@pytest.mark.parametrize("edge_m", [160, 320])
+def test_the_camera_stands_at_the_shore_of_an_oasis_of_any_size(edge_m):
+    (scene,) = (
+        case.build()
+        for case in ALL["jahrmann2013-table1"].cases
+        if case.name == f"Oasis {edge_m}x{edge_m}, effects off"
+    )
+    heights, usual = HeightField.of(scene), load("jahrmann2013-oasis")
+    x, _, z = scene.camera.position_m
+    assert (x / edge_m, z / edge_m) == pytest.approx(
+        (usual.camera.position_m[0] / 160, usual.camera.position_m[2] / 160)
+    )
+    assert 0.0 < heights.height(x, z) - scene.water.level_m < 2.0
+    ahead = np.subtract(scene.camera.target_m, scene.camera.position_m)
+    usual_ahead = np.subtract(usual.camera.target_m, usual.camera.position_m)
+    assert np.allclose(ahead, usual_ahead), "the same way of looking"
+
+
+def test_the_hills_of_table_1_are_those_of_the_preset_at_every_size():
+    x, z = np.meshgrid(*2 * [np.linspace(-50.0, 50.0, 21)])
+    for name, most_m in (("Meadow", 0.05), ("Instance", 0.2)):
+        usual = HeightField.of(load(f"jahrmann2013-{name.lower()}")).height(x, z)
+        for case in ALL["jahrmann2013-table1"].cases:
+            if case.name.startswith(name) and case.name.endswith("off") and "90000" not in case.name:
+                scene = case.build()
+                assert scene.ground.beyond == "bare"
+                if max(scene.ground.size_m) < 3000:  # larger ones take seconds
+                    assert np.abs(HeightField.of(scene).height(x, z) - usual).max() < most_m, case.name
 
 
 def test_the_thesis_limit_has_its_roots():

@@ -108,7 +108,7 @@ def test_blades_of_instances_are_pulled_alike(device, sow, blade_m, clump_m):
     body = """
         PatternRoot s = PatternRoot(at.x, at.y, float[8](at.z, 0.3, 0.1, at.x, at.y, 0.7, 0.0, 0.0));
         Blade b;
-        bool grew = growStored(uint(row), ivec2(-1, 2), s, b);
+        bool grew = growStored(uint(row), ivec2(-1, 2), s, variedRandoms(uint(row), ivec2(-1, 2), s), b);
         result = vec3(b.x, b.z, grew ? 1.0 : 0.0);"""
     got = shader_call(
         device,
@@ -118,7 +118,7 @@ def test_blades_of_instances_are_pulled_alike(device, sow, blade_m, clump_m):
         "vec3",
         bindings=field.bindings,
         defines={"FADING": 0.12, "gl_InstanceID": 0, "gl_VertexID": 0},
-        uniforms={"patch_m": 4.0, "blades_stored": 600, "variation": 2},
+        uniforms={"patch_m": 4.0, "blades_stored": 600, "variation": 3},
     )
     grew = got[:, 2] == 1.0
     assert grew.mean() > 0.9

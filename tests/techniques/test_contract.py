@@ -352,7 +352,7 @@ OPTIONS = {
     "growth": {"growth": {"age": 0.5}},
     "traced": {"sowing": {"traced_m": 6.0}},
     "not stored": {"sowing": {"stored_m": 3.0}, "wind": [BREEZE]},
-    "instanced": {"technique": {"mode": "instanced", "lean": "random", "alpha": "hashed"}, "wind": [BREEZE]},
+    "instanced": {"technique": {"mode": "instanced", "quads": "random", "alpha": "hashed"}, "wind": [BREEZE]},
     "no tests": {
         "culling": dict.fromkeys(("orientation", "frustum", "occlusion", "behind_grass", "distance"), False)
     },

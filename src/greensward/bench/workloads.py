@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from greensward.bench.variants import checked, variant_of
 from greensward.library import load
-from greensward.scene import InputError, Scene, TechniqueChoice
+from greensward.scene import HeightMapGround, InputError, NoiseGround, Scene, TechniqueChoice
 from greensward.scene.problems import one_of
 from greensward.techniques import FAR, SETTINGS
 
@@ -139,16 +139,30 @@ def _responsive() -> tuple[Case, ...]:
 
 
 def _table1_scene(preset: str, edge_m: float, effects: bool, added: str) -> Scene:
-    """A row of Table 1: post-processing is the blur of section 5 and the darkening with distance."""
+    """A row of Table 1: post-processing is the blur of section 6.4 and the darkening with distance.
+
+    The field ends at its edge. Maps are scaled with it, and where there are any, so is the place of the camera, which
+    then stands at the same shore; land of noise keeps its hills, and as many samples to each as the driver allows.
+    """
     scene = load(preset)
     post = {"blur": "average", "darkening": 0.3} if effects else {"blur": "off", "darkening": 0.0}
-    ground: dict[str, Any] = {"size_m": (edge_m, edge_m)}
-    if preset.endswith("instance"):
-        ground["beyond"] = "bare"
-    changes: dict[str, Any] = {
-        "ground": scene.ground.model_copy(update=ground),
-        "post": scene.post.model_copy(update=post),
-    }
+    assert scene.ground.size_m
+    scale = edge_m / scene.ground.size_m[0]
+    ground: dict[str, Any] = {"size_m": (edge_m, edge_m), "beyond": "bare"}
+    changes: dict[str, Any] = {"post": scene.post.model_copy(update=post)}
+    if isinstance(scene.ground, HeightMapGround):
+        x, y, z = scene.camera.position_m
+        to_x, to_y, to_z = scene.camera.target_m
+        moved = (scale - 1.0) * x, (scale - 1.0) * z
+        changes["camera"] = scene.camera.model_copy(
+            update={
+                "position_m": (x + moved[0], y, z + moved[1]),
+                "target_m": (to_x + moved[0], to_y, to_z + moved[1]),
+            }
+        )
+    elif isinstance(scene.ground, NoiseGround):
+        ground["samples"] = min(max(round((scene.ground.samples - 1) * scale) + 1, 2), 4096)
+    changes["ground"] = scene.ground.model_copy(update=ground)
     if not added:
         changes |= {"flowers": (), "object": (), "fence": ()}
     return scene.model_copy(update=changes)

@@ -23,6 +23,7 @@ GROUND_BLOCK = block(
     ("soil_per_m", "float"),
     ("beyond", "int"),
     ("soil_mean", "vec4"),
+    ("soil_drift", "float"),  # strength of the variation of a generated soil
     ("tile_area_m", "vec4", MOST_TILES),  # x and z, least and greatest
     ("tile_mean", "vec4", MOST_TILES),  # mean colour; copies of the texture on a metre
     ("tiles", "int"),
@@ -38,6 +39,7 @@ SOIL_HEXAGONS = np.array([[1.0, -0.57735027], [0.0, 1.15470054]]) * 1.7
 
 _LIGHT = decoded(np.arange(256) / 255.0)
 """Linear light of each 8-bit sRGB value."""
+_SOIL_DRIFT = 0.25
 
 
 class GroundGpu:
@@ -85,6 +87,7 @@ class GroundGpu:
             soil_per_m=self._soil_per_m,
             beyond=("mirror", "bare", "repeat").index(ground.beyond),
             soil_mean=(*mean, 0.0),
+            soil_drift=0.0 if ground.texture else _SOIL_DRIFT,
             tiles=len(ground.tile),
         )
         self.bindings["Ground"] = self._block

@@ -52,14 +52,23 @@ class Field:
     """All blades within reach of a focus, thinned with distance from it, and those of all objects.
 
     Any prefix of a tile is a fair sample of it. The bounds of tiles leave room for what is drawn `beside` blades, in
-    mean distances between them. `clearings` are those of the scene, by their names in shaders.
+    mean distances between them. `clearings` are those of the scene, by their names in shaders. Without `on_ground`
+    only objects are sown; `density` is a factor on the scene's for the ground.
     """
 
     def __init__(
-        self, device: Device, scene: Scene, ground: GroundGpu, beside: float = 0.0, clearings: Bindings | None = None
+        self,
+        device: Device,
+        scene: Scene,
+        ground: GroundGpu,
+        beside: float = 0.0,
+        clearings: Bindings | None = None,
+        on_ground: bool = True,
+        density: float = 1.0,
     ) -> None:
         self._device = device
-        self._scene = scene
+        self._grows_on_ground, self._density = on_ground and ground.heights.exists, density
+        scene = self._scene = self._denser(scene)
         self._ground = ground
         self._beside = beside
         self._on_objects: list[Page] = []
@@ -135,7 +144,7 @@ class Field:
                 plan.missing,
                 plan.stays,
                 plan.bounds,
-                self._next_number,
+                lambda: self.next_number,
                 self._refuse_numbers,
                 keep=again,
             )
@@ -254,7 +263,8 @@ class Field:
         release_all(numbers, found)
         return ids
 
-    def _next_number(self) -> int:
+    @property
+    def next_number(self) -> int:
         """First number that no page has; 1 is the first of all."""
         return 1 + sum(page.capacity for page in self.pages)
 
@@ -278,7 +288,7 @@ class Field:
             self._device,
             Tiles(low, high, coverage, starts(-(-candidates // 32) * 32), up_to, none, none, none),
             lying,
-            self._next_number(),
+            self.next_number,
         )
         self._refuse_numbers(page.count)
         return page
@@ -295,15 +305,21 @@ class Field:
                 grassy,
                 self._page_blades,
                 self._margin_m(grassy.density_per_m2),
-                self._next_number(),
+                self.next_number,
             )
         sower.release()
 
     def change_colours(self, scene: Scene) -> None:
         """Colour the blades as another scene has it, whose species and noises differ in colours only."""
-        self._scene = scene
+        self._scene = self._denser(scene)
         self._colours.change(scene)
         self._block.set(species=sward_values(scene)["species"])  # type: ignore[arg-type]
+
+    def _denser(self, scene: Scene) -> Scene:
+        if self._density == 1.0:
+            return scene
+        density = {"density_per_m2": self._density * scene.sowing.density_per_m2}
+        return scene.model_copy(update={"sowing": scene.sowing.model_copy(update=density)})
 
     def transform(self, placed: Floats, time_s: float) -> None:
         """Bring blades to where their objects are and to their age at a time; once per frame.
@@ -320,7 +336,7 @@ class Field:
         """Tiles within reach, each level twice as far and as large as the last: stored ones, and the others."""
         scene, sowing = self._scene, self._scene.sowing
         density, reach = sowing.density_per_m2, sowing.blades_m + slack_m
-        if density <= 0 or not self._species_count or scene.ground.kind == "none":
+        if density <= 0 or not self._species_count or not self._grows_on_ground:
             return np.zeros(0, TILE.dtype), np.zeros(0, TILE.dtype)
         leaf = leaf_edge_m(density)
         # the largest that is not split wherever in the reach it lies
@@ -399,7 +415,7 @@ class Field:
         self._refuse_numbers(blades, fix)
 
     def _refuse_numbers(self, blades: float, fix: str = _FIX) -> None:
-        blades += self._next_number() - 1
+        blades += self.next_number - 1
         if blades > self.most_blades:
             raise InputError(
                 f"sowing: must be at most {self.most_blades / 1e6:,.0f} million blades "

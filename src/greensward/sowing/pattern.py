@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from greensward.gpu.layouts import struct
 from greensward.gpu.view import View, boxes_in_view, distance_to_boxes, planes_of
+from greensward.ground import HeightField
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -36,6 +37,8 @@ class Grid:
     """Lowest and highest point of anything in it."""
     margin_m: float
     """Distance that blades lean out of their patch."""
+    ground: HeightField | None = None
+    """Heights of the ground under each patch, for a bounding box of its own."""
 
 
 def patches_in_view(
@@ -53,7 +56,7 @@ def patches_in_view(
     while True:
         low = np.maximum(nodes, grid.low) * grid.patch_m - grid.margin_m
         high = np.minimum(nodes + edges, grid.high) * grid.patch_m + grid.margin_m
-        centre, half = _boxes(grid, low, high)
+        centre, half = _boxes(grid, low, high, edges)
         shown, away = boxes_in_view(planes, centre, half), distance_to_boxes(camera_ws, centre, half)
         keep = shown.any(axis=0) & (away <= reach_m) & (nodes < grid.high).all(axis=1)
         nodes, shown, away = nodes[keep], shown[:, keep], away[keep]
@@ -66,8 +69,12 @@ def patches_in_view(
         nodes = np.concatenate([nodes, beside])
 
 
-def _boxes(grid: Grid, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    bottom, top = grid.height_m
+def _boxes(grid: Grid, low: Floats, high: Floats, edges: Indices) -> tuple[Floats, Floats]:
+    bottom, top = (np.full(len(low), height) for height in grid.height_m)
+    if grid.ground and edges.max() == 1 and grid.ground.highest_m > grid.ground.lowest_m:
+        size = np.full(len(low), grid.patch_m + 2.0 * grid.margin_m)
+        lowest, highest = grid.ground.height_range(low[:, 0], low[:, 1], size)
+        bottom, top = bottom + lowest - grid.ground.lowest_m, top + highest - grid.ground.highest_m
     centre, half = np.empty((len(low), 3)), np.empty((len(low), 3))
     centre[:, [0, 2]], half[:, [0, 2]] = 0.5 * (low + high), 0.5 * (high - low)
     centre[:, 1], half[:, 1] = 0.5 * (bottom + top), 0.5 * (top - bottom)

@@ -23,6 +23,10 @@ class Needs:
     """It draws the blades that the world sows and stores; if not, none are sown."""
     unstored: bool = False
     """It also draws pages whose blades its shaders must grow."""
+    on_ground: bool = True
+    """Of stored blades it draws those of the ground too; if not, only those of objects are sown."""
+    density: float = 1.0
+    """Factor on `sowing.density_per_m2` of what is sown, of which it leaves some out."""
     beside: float = 0.0
     """Distance at which it draws others beside a stored blade, in mean distances between blades."""
     all_else_first: bool = False

@@ -57,8 +57,9 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     int tile = tileAt(xz);
     float perM = soilPerM(tile);
     vec3 soilHere = untiled(tile, xz, right * perM, up * perM);
+    // a picture shows as it is
+    if (tile < 0 && ground.soil_drift > 0.0) soilHere *= 1.0 + ground.soil_drift * driftAt(world * 1.7, 5003u);
     vec3 bare = mix(soilHere, map.rgb, map.a);
-    bare *= 1.0 + 0.25 * driftAt(world * 1.7, 5003u);
 
     // The ground takes on what blades would have shown where they end, or are too few.
     float crowding = sward.density_per_m2 * sward.blade_m.x * s.density * slopeShare(normal.y) * s.height;

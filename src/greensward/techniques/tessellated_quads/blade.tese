@@ -9,7 +9,7 @@
 layout(quads, equal_spacing, ccw) in;
 
 patch in Outlined bent;
-patch in vec3 bend;
+patch in vec3 bend[2];
 
 #ifndef SHADOW
 out vec3 normal_ws;
@@ -19,30 +19,54 @@ flat out uvec4 material;
 uniform mat4 previous_from_now;  // where a point of what the blade grows on was a frame ago, in relative space
 #endif
 out vec2 uv;
-flat out uvec2 numberAndSpecies;
+flat out uvec3 identity;
 
-Point pointAt(vec3 tip, vec3 control, float u, float v) {
-    vec3 left = bent.root - 0.5 * bent.side, right = bent.root + 0.5 * bent.side, tangentLeft, tangentRight;
-    vec3 onLeft = spline(left, left + control, left + tip, v, tangentLeft);
-    vec3 onRight = spline(right, right + control, right + tip, v, tangentRight);
-    return pointOn(onLeft, tangentLeft, onRight, tangentRight, u);
+// Equations 7 and 8 on the edges from the corners of a quad
+struct Edges { vec3 left, right, tangentLeft, tangentRight; };
+
+Edges edgesAt(vec3 corners[4], vec3 control[2], float v) {
+    Edges e;
+    e.left = spline(corners[0], control[0], corners[3], v, e.tangentLeft);
+    e.right = spline(corners[1], control[1], corners[2], v, e.tangentRight);
+    return e;
 }
+
+Point pointAt(Edges e, float u) { return pointOn(e.left, e.tangentLeft, e.right, e.tangentRight, u); }
+
+#ifndef SHADOW
+vec3 positionBefore() {
+    vec3 corners[4] = bent.corners, control[2];
+    corners[2] = corners[1] + bent.before;
+    corners[3] = corners[0] + bent.before;
+    for (int k = 0; k < 2; k++) control[k] = controlPoint(corners[k], corners[3 - k], bent.up, bent.shape.xy);
+    return pointAt(edgesAt(corners, control, uv.y), uv.x).position;
+}
+
+// The normal of equation 8, as if the blade were not turned to the viewer
+vec3 trueNormal(float v) {
+    Edges e = edgesAt(bent.corners, bend, v);
+    e.right = e.left + bent.trueSide;
+    return pointAt(e, uv.x).normal;
+}
+#endif
 
 void main() {
     uv = gl_TessCoord.xy;
-    numberAndSpecies = bent.numberAndSpecies;
-    Point p = pointAt(bent.tip, bend, uv.x, uv.y);
+    identity = bent.identity;
+    Point p = pointAt(edgesAt(bent.corners, bend, uv.y), uv.x);
     gl_Position = view.jittered_clip_from_relative * vec4(p.position, 1.0);
 #ifndef SHADOW
     material = bent.material;
-    vec3 bendBefore = controlPoint(vec3(0.0), bent.before, bent.up, bent.shape.xy);
-    Point before = pointAt(bent.before, bendBefore, uv.x, uv.y);
-    previousClip = (view.previous_clip_from_relative * (previous_from_now * vec4(before.position, 1.0))).xyw;
+    previousClip = (view.previous_clip_from_relative * (previous_from_now * vec4(positionBefore(), 1.0))).xyw;
     vec3 toEye = view.eye_rs.xyz - p.position * view.eye_rs.w;
+#ifdef SHADED_ALONE
+    normal_ws = towards(toEye, trueNormal(uv.y));
+#else
     vec3 wall = octahedralDecode(unpackSnorm2x16(bent.material.w));
     vec4 place = unpackUnorm4x8(bent.material.z);
     // towards the tip where one blade stands for many
-    vec3 tangent = place.z < 0.99 ? pointAt(bent.tip, bend, uv.x, higher(uv.y, place.z, TURNED)).tangent : p.tangent;
-    normal_ws = leafNormal(bent.trueSide, p.bitangent, tangent, toEye, uv.x, wall, place.y);
+    vec3 normal = trueNormal(place.z < 0.99 ? higher(uv.y, place.z, TURNED) : uv.y);
+    normal_ws = roundedNormal(normal, bent.trueSide, p.bitangent, toEye, uv.x, wall, place.y);
+#endif
 #endif
 }

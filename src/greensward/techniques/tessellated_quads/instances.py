@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -42,10 +41,14 @@ class Group:
 class Instances:
     """The pattern, stored once, and for each view the places where it shows, by density."""
 
-    def __init__(self, device: Device, world: World, settings: QuadSettings) -> None:
+    def __init__(self, device: Device, world: World, settings: QuadSettings, tallest_m: float) -> None:
+        self.tallest_m = tallest_m
+        """Farthest that anything of a blade is from its root."""
         self._device, self._world, self._settings = device, world, settings
         scene = world.scene
-        self.stored = int(np.ceil(scene.sowing.density_per_m2 * settings.patch_m**2)) if scene.grass else 0
+        grows = bool(scene.grass)
+        density_per_m2 = scene.sowing.density_per_m2 * settings.most_density
+        self.stored = int(np.ceil(density_per_m2 * settings.patch_m**2)) if grows else 0
         limit = min(device.limits.storage_block_bytes // PATTERN_ROOT.dtype.itemsize, MOST_OF_A_PATCH)
         if self.stored > limit:
             raise InputError(
@@ -67,13 +70,14 @@ class Instances:
             columns, rows = (int(np.ceil(0.5 * edge / patch_m)) for edge in heights.size_m)
         else:
             columns = rows = _EACH_WAY
-        tallest = world.field.tallest_m
+        tallest = self.tallest_m
         return Grid(
             patch_m,
             (-columns, -rows),
             (columns, rows),
             (heights.lowest_m - tallest, heights.highest_m + tallest),
             tallest + 0.5 * scene.sowing.clump_m,
+            heights,
         )
 
     @property
@@ -102,7 +106,7 @@ class Instances:
                     self.groups[view].append(Group(at, len(mine), blades))
                     places.append(nodes[mine])
                     at += len(mine)
-        if at * self.stored > self._world.field.most_blades:
+        if self.first_number + at * self.stored > self._world.field.most_blades:
             raise InputError(
                 f"technique.patch_m: {at:,} patches of {self.stored:,} blades are more than can be numbered; "
                 "lower sowing.density_per_m2 or sowing.reach_m"
@@ -112,14 +116,14 @@ class Instances:
             self._listed = np.concatenate(places).astype(np.int32)
             upload(self._places, self._listed)
 
-    def counted_from(self, anchor_ws: npt.NDArray[np.float64]) -> dict[str, Any]:
-        """Uniforms that tell in which patch an anchor (3,) lies, and where in it."""
-        at = anchor_ws[[0, 2]] / self._settings.patch_m
-        return {"anchor_patch": np.floor(at).astype(np.int32), "in_patch": at - np.floor(at)}
+    @property
+    def first_number(self) -> int:
+        """Number of the first blade of the first place: those of objects come before."""
+        return self._world.field.next_number
 
     def identify(self, numbers: npt.NDArray[np.uint32]) -> Ids:
-        """Find the permanent ids of blades by their numbers, counted from 1 through all places: uint64 (n,)."""
-        place, index = np.divmod(numbers - 1, np.uint32(self.stored))
+        """Find the permanent ids of blades by their numbers, counted through all places: uint64 (n,)."""
+        place, index = np.divmod(numbers - np.uint32(self.first_number), np.uint32(self.stored))
         return blade_ids(BladeKind.PATCH, *self._listed[place].T, index)
 
     def _needed(self, away: np.ndarray, view: View) -> np.ndarray:

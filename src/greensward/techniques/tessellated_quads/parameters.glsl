@@ -1,31 +1,33 @@
-// What a patch of the ground says of its blades (Jahrmann & Wimmer 2013, section 4).
+// The regular grid of patches, and what each says of its blades (Jahrmann & Wimmer 2013, section 4).
 #include "shaders/blade.glsl"
 
-uniform float bending_m;
-uniform float smoothness;
+uniform usampler2D patch_numbers;  // of each patch, its row
+uniform sampler2D patch_rows;
+uniform float patch_m;
+uniform ivec2 first_patch;   // of the texture
+uniform ivec2 anchor_patch;  // in which the anchor lies, and where in it
+uniform vec2 in_patch;
 
 struct Parameters {
     float density;     // part of the blades that stay
+    float bending_m, smoothness;
     vec2 width_m;      // least and greatest; below 0 where the species says it
     vec2 height_m;
-    float bending_m, smoothness;
 };
 
-#if PATCHES > 0
-uniform vec4 patch_area_m[PATCHES];  // x and z, least and greatest
-uniform vec4 patch_size_m[PATCHES];  // width and height
-uniform vec3 patch_own[PATCHES];     // density, bending, smoothness
-#endif
+ivec2 patchAt(vec2 xz) { return anchor_patch + ivec2(floor(xz / patch_m + in_patch)); }
 
-Parameters parametersAt(Blade b) {
-    Parameters own = Parameters(1.0, vec2(-1.0), vec2(-1.0), bending_m, smoothness);
-#if PATCHES > 0
-    if (isOnObject(b)) return own;
-    for (int i = 0; i < PATCHES; i++) {
-        vec4 area = patch_area_m[i];
-        if (b.x < area.x || b.z < area.y || b.x > area.z || b.z > area.w) continue;
-        own = Parameters(patch_own[i].x, patch_size_m[i].xy, patch_size_m[i].zw, patch_own[i].y, patch_own[i].z);
-    }
-#endif
+Parameters parametersOf(ivec2 place) {
+    ivec2 at = place - first_patch;
+    bool known = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, textureSize(patch_numbers, 0)));
+    int row = known ? int(texelFetch(patch_numbers, at, 0).r) : 0;
+    vec4 own = texelFetch(patch_rows, ivec2(0, row), 0), size = texelFetch(patch_rows, ivec2(1, row), 0);
+    return Parameters(own.x, own.y, own.z, size.xy, size.zw);
+}
+
+// Blades of objects are on no patch
+Parameters parametersOnObject() {
+    Parameters own = parametersOf(first_patch - 1);
+    own.density = 1.0;
     return own;
 }

@@ -2,6 +2,7 @@
 #include "sowing/ground_blade.glsl"
 #include "culling/level_of_detail.glsl"
 #include "techniques/tessellated_quads/variation.glsl"
+#include "techniques/tessellated_quads/parameters.glsl"
 #include "culling/tests.glsl"
 #include "layout/PatternRoot"
 
@@ -12,9 +13,6 @@ uniform int first_place;
 uniform int chunks_per_patch;  // of 32 blades
 uniform int blades_per_patch;  // at this density
 uniform int blades_stored;
-uniform float patch_m;
-uniform ivec2 anchor_patch;    // in which the anchor lies, and where in it
-uniform vec2 in_patch;
 uniform int variation;
 uniform float tallest_m;
 uniform float thinning;
@@ -45,17 +43,26 @@ bool mayShow(uint index, ivec2 place, PatternRoot s) {
     return !outside(root, root, root, 2.0 * tallest_m + sward.clump_m);
 }
 
-// Section 6.2: moved to its instance, hidden by the density map, raised by the height map
-bool growStored(uint index, ivec2 place, PatternRoot s, out Blade b) {
-    vec2 xz = placeOf(place, s);
-    uvec3 bits;
+// Its eight random values, varied by where it stands
+float[8] variedRandoms(uint index, ivec2 place, PatternRoot s) {
+    float random[8];
     // to the same bits wherever it is counted from
-    vec2 world = (vec2(place) + vec2(s.x, s.z)) * patch_m;
-    for (int k = 0; k < 3; k++) {
-        vec2 p = k == 1 ? world.yx : world;
-        float random = varied(variation, s.random[2 * k] + 0.5 * s.random[2 * k + 1], p.x, p.y, ground.size_m[k & 1]);
-        bits[k] = floatBitsToUint(random) ^ floatBitsToUint(s.random[2 * k + 1]);
+    vec2 world = (vec2(place) + vec2(s.x, s.z)) * patch_m, share = mapUv(placeOf(place, s));
+    for (int k = 0; k < 8; k++) {
+        int axis = k & 1;
+        if (variation == HASH)
+            random[k] = fract(s.random[k] + unit(hash3(uvec3(uvec2(place), index * 8u + uint(k)))).x);
+        else
+            random[k] = varied(variation, s.random[k], world[axis], world[1 - axis], share[axis]);
     }
+    return random;
+}
+
+// Section 6.2: moved to its instance, hidden by the density map, raised by the height map
+bool growStored(uint index, ivec2 place, PatternRoot s, float random[8], out Blade b) {
+    vec2 xz = placeOf(place, s);
+    uvec3 bits = uvec3(0u);
+    for (int k = 0; k < 8; k++) bits[k % 3] = bits[k % 3] * 31u + floatBitsToUint(random[k]);
     Seed seed;
     seed.random = hash3(bits);
     seed.clump = pullIntoClump(xz, seed.random);

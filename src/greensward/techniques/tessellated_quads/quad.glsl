@@ -14,15 +14,19 @@ float between(vec2 ends, float random) { return ends.x + random * (ends.y - ends
 // Equation 3: along the paper's x and z
 vec2 tipOffset(float bending, vec2 random) { return bending * (2.0 * random - 1.0); }
 
-// Equation 4. At the farthest distance it is 0, which leaves the blade out.
+// Equation 4. At the farthest distance it is 0, which culls the blade.
 float levelByDistance(float smoothness, float distance_m, float farthest_m) {
     return max(ceil(smoothness * (1.0 - distance_m / farthest_m)), 0.0);
 }
 
-// Equation 5; upper and lower are y in normalised device coordinates. A blade that lies across the picture keeps one quad.
+// Equation 5; upper and lower are y in normalised device coordinates. The tessellator rounds up, and culls at 0 and below.
 float levelBySize(float smoothness, float upper, float lower, float height_px, float px_per_quad) {
-    float tall = ((upper * 0.5 + 0.5) - (lower * 0.5 + 0.5)) * height_px;
-    return clamp(ceil(tall / px_per_quad), 1.0, smoothness);
+    return min(((upper * 0.5 + 0.5) - (lower * 0.5 + 0.5)) * height_px / px_per_quad, smoothness);
+}
+
+// Along the blade in place of up the screen, so that one that lies or points down keeps its quads, and one at least
+float levelByLength(float smoothness, vec2 upper, vec2 lower, vec2 size_px, float px_per_quad) {
+    return clamp(length(0.5 * (upper - lower) * size_px) / px_per_quad, 1.0, smoothness);
 }
 
 // Equation 6. The paper's text puts the point above the lower vertex, at the height of the upper one, varied a little; the
