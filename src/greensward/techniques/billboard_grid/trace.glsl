@@ -110,6 +110,7 @@ vec2 shareAt(vec3 p_ws, Around a) {
     vec4 map = vec4(1.0);
 #ifdef MAPPED
     map = textureLod(density_map, mapUv(p_ws.xz), 0.0);
+    if (view.low_detail != 0 && map.g <= 0.0) map.r = 0.0;
 #endif
     float away = distance(p_ws, view.camera_ws.xyz);
     float far = 1.0 - smoothstep(0.82, 1.0, away / sward.reach_m);
@@ -262,8 +263,9 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
 // and seen aslant a blade hides about the root of the sum of the squares of what it hides from the side and from above: where
 // these are alike, the planes are left with the tangent of half the angle.
 void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, vec3 ray, float depth_m, vec2 share) {
-    if (share.x <= 0.0) return;
-    part *= abs(ray.y) / (length(ray) + length(ray.xz));
+    // from beneath the upright ones show these blades
+    if (share.x <= 0.0 || ray.y >= 0.0) return;
+    part *= -ray.y / (length(ray) + length(ray.xz));
     vec3 v1 = a.v1, v2 = a.v2;
     vec2 lean = toGrid(2.0 * at * (1.0 - at) * v1.xz + at * at * v2.xz) * share.y;
     vec2 uv = in_billboard + (place_m - lean) / billboard_m, size = vec2(textureSize(top_colour, 0).xy);
@@ -311,7 +313,9 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
     // where there are more billboards along the ray than steps, each of the second half of the steps leaps over some
     float planes = on_ground ? (to - from) * (abs(direction.x) + abs(direction.y)) / spacing_m : 0.0;
     int second = max(most / 2, 1), leap = max(int(ceil((planes - float(most - second)) / float(second))), 1);
-    for (int k = 0; k < most; k++) {
+    float left = NOWHERE_M;
+    bool ends = false;
+    for (int k = 0; k < most && !ends; k++) {
         int billboards = k < most - second ? 1 : leap;
         bool acrossX = next.x < next.y;  // a plane of one x, on which z runs
         float depth_m = min(min(next.x, next.y), to);
@@ -330,23 +334,27 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
         if (high <= 0.0) {
             float there = mix(before, depth_m, above / max(above - high, 1e-6));
             meetTop(t, a, toGrid(eye_rs.xz) + there * direction, 0.0, LOWEST_PART, ray, there, share);
-            return NOWHERE_M;
-        }
-        if (last) return NOWHERE_M;
-        if (high > layer_m && high > above) return depth_m;
-        meetSide(t, a, !acrossX, acrossX ? first_cell.x + plane.x : first_cell.y + plane.y, toGrid(eye_rs.xz) + depth_m * direction, high, direction,
-                 depth_m, share, billboards, filled && k == most - 1 && share.x > 0.3);
+            ends = true;
+        } else if (last) {
+            ends = true;
+        } else if (high > layer_m && high > above) {
+            left = depth_m;
+            ends = true;
+        } else {
+            meetSide(t, a, !acrossX, acrossX ? first_cell.x + plane.x : first_cell.y + plane.y, toGrid(eye_rs.xz) + depth_m * direction, high, direction,
+                     depth_m, share, billboards, filled && k == most - 1 && share.x > 0.3);
 #ifdef SHADOW
-        if (t.depth_m < NOWHERE_M) return NOWHERE_M;
+            ends = t.depth_m < NOWHERE_M;
 #elif defined EARLY_EXIT
-        if (t.colour.a > 0.99) return NOWHERE_M;
+            ends = t.colour.a > 0.99;
 #endif
-        if (acrossX) { plane.x += turnedTo.x * billboards; next.x = (standsAt(plane.x, 1u) - start.x) / direction.x; }
-        else { plane.y += turnedTo.y * billboards; next.y = (standsAt(plane.y, 2u) - start.y) / direction.y; }
-        before = depth_m;
-        above = high;
+            if (acrossX) { plane.x += turnedTo.x * billboards; next.x = (standsAt(plane.x, 1u) - start.x) / direction.x; }
+            else { plane.y += turnedTo.y * billboards; next.y = (standsAt(plane.y, 2u) - start.y) / direction.y; }
+            before = depth_m;
+            above = high;
+        }
     }
-    return NOWHERE_M;
+    return left;
 }
 
 // The ray from a point in relative space, to the depth of what is there already
@@ -385,9 +393,10 @@ bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool on_ground, out 
     bool through = inside || down - from > 0.5 * (end_m - down) + 4.0 * spacing_m;
     float left = follow(t, a, eye_rs, ray, from, end_m, true, true, through ? FARTHER * steps : steps);
     if (left < NOWHERE_M) {
-        down = max(down, left);
+        // where it comes down through the tips again, which may be far from where it left them
+        down = march(eye, ray, left, layer_m);
         vec3 again = eye + ray * down;
-        if (distance(again, view.camera_ws.xyz) < sward.reach_m) {
+        if (down >= left && down < end_m && distance(again, view.camera_ws.xyz) < sward.reach_m) {
             Around other = around(again);
             other.dense *= under.y < STEEPEST ? 0.0 : slopeShare(under.y);
             bool first = t.depth_m == NOWHERE_M;
