@@ -18,9 +18,8 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     depth_m = t.depth_m;
     vec3 p_rs = start_rs + ray * depth_m, p_ws = view.origin_ws.xyz + p_rs, up = groundNormal(p_ws.xz);
     float away = distance(p_ws, view.camera_ws.xyz), far = smoothstep(8.0, 90.0, away), all = 1.0 / t.colour.a;
-    float r = t.rest, q = 2.0 * r * (1.0 - r);
     float footprint = view.camera_pixel_m.x * away + view.camera_pixel_m.y;
-    vec2 root = p_ws.xz - q * a.v1.xz - r * r * a.v2.xz;
+    vec2 root = p_ws.xz - swayed(a.v1, a.v2, t.rest).xz;
     vec4 own = speciesColour(root, Sward(1.0, 1.0, a.dryness)), map = paintedAt(root, footprint);
     // the drifts of the sward, which the billboards do not know; as elsewhere, contrast fades with distance
     vec3 texel = t.colour.rgb * all, drifted = texel * clamp(own.rgb / max(mean_material.rgb, vec3(1e-3)), 0.2, 12.0);
@@ -51,7 +50,7 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     uint index = uint(pixel.y * int(view.size_px.x) + pixel.x);
     traced_ids[index] = t.blade;
     s.bladeNumber = FIRST_TRACED | index & (FIRST_TRACED - 1u);
-    vec3 moved = q * (a.before1 - a.v1) + r * r * (a.before2 - a.v2);
+    vec3 moved = swayed(a.before1 - a.v1, a.before2 - a.v2, t.rest);
     s.previousClip = view.previous_clip_from_relative * vec4(p_rs + moved, 1.0);
     return true;
 }
