@@ -267,9 +267,30 @@ def pitch() -> None:
     Image.fromarray(pixels).quantize(16).save(folder / "pitch-colours.png", optimize=True)
 
 
+def gusts() -> None:
+    """A noise map that repeats: low frequencies of high amplitude, high frequencies of low amplitude.
+
+    Habel, Wimmer & Jeschke 2007; red and green are the velocity along x and z, for wind from 285°.
+    """
+    edge, random = 128, np.random.default_rng(285)
+    cycles = np.hypot(*np.meshgrid(np.fft.fftfreq(edge, 1 / edge), np.fft.fftfreq(edge, 1 / edge)))
+    strength, aside = np.zeros((edge, edge)), np.zeros((edge, edge))
+    for fewest, most, amplitude in ((1.5, 4.0, 0.2), (9.0, 16.0, 0.06)):
+        for part in (strength, aside):
+            noise = np.fft.fft2(random.normal(size=(edge, edge))) * ((cycles >= fewest) & (cycles <= most))
+            wave = np.fft.ifft2(noise).real
+            part += amplitude * wave / wave.std()
+    to_x, to_z = -np.sin(np.radians(285.0)), np.cos(np.radians(285.0))
+    along = np.clip(0.5 + strength, 0.0, 0.95)
+    velocity = np.stack([along * to_x - 0.3 * aside * to_z, along * to_z + 0.3 * aside * to_x, 0.0 * along], -1)
+    pixels = np.clip(np.round(128.0 + 127.0 * velocity), 0, 255).astype(np.uint8)
+    Image.fromarray(pixels).save(FOLDER.with_name("habel2007") / "gusts.png", optimize=True)
+
+
 def main() -> None:
     """Paint all of them."""
     pitch()
+    gusts()
     blade()
     wheat()
     oasis()

@@ -12,6 +12,7 @@ from small_scenes import COARSE_PX, DRONE, small_scene
 _PRESETS = (
     "derstroff",
     "football",
+    "habel2007-published",
     "habel2007",
     "jahrmann2013-instance",
     "jahrmann2013-meadow",

@@ -209,8 +209,8 @@ def test_centres_stand_above_the_ground():
     assert rows[0, 2] == pytest.approx(2.0 + float(heights.height(1.0, -4.0)), abs=1e-4)
 
 
-@pytest.fixture
-def painted(device, tmp_path):
+@pytest.fixture(params=[{}])
+def painted(device, tmp_path, request):
     """Velocities (n, 3) of a wind of two pictures, the second half the size of the first."""
     first, second = np.full((4, 8, 3), 128, np.uint8), np.full((2, 4, 3), 128, np.uint8)
     first[:, 4:, 0] = 255  # the eastern half blows east
@@ -218,7 +218,7 @@ def painted(device, tmp_path):
     for name, picture in (("a.png", first), ("b.png", second)):
         Image.fromarray(picture).save(tmp_path / name)
     wind = {"kind": "texture", "files": ["a.png", "b.png"], "size_m": [16.0, 8.0], "speed_mps": 6.0, "rate_hz": 2.0}
-    scene = small_scene(wind=[wind]).in_folder(tmp_path)
+    scene = small_scene(wind=[{**wind, **request.param}]).in_folder(tmp_path)
     winds = Winds(device, scene, HeightField.of(scene))
 
     def at(p: np.ndarray, time_s: float) -> np.ndarray:
@@ -227,6 +227,15 @@ def painted(device, tmp_path):
 
     yield at
     winds.release()
+
+
+@pytest.mark.parametrize("painted", [{"moves_mps": [3.0, -1.0], "rate_hz": 1e-6}], indirect=True)
+def test_painted_wind_moves_over_the_ground(painted):
+    """What blows at the edge of the eastern half is found again where that has moved."""
+    edge = np.array([[0.7, 0, 0.1], [-0.7, 0, 0.1]], np.float32)
+    moved = edge + np.array([6.0, 0, -2.0], np.float32)
+    assert painted(edge, 0.0)[0, 0] > painted(edge, 0.0)[1, 0] + 3.0
+    assert np.allclose(painted(moved, 2.0), painted(edge, 0.0), atol=0.01)
 
 
 def test_painted_wind_blows_where_it_is_painted(painted):

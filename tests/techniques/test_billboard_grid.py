@@ -6,9 +6,12 @@ from PIL import Image
 
 from greensward.ground import HeightField
 from greensward.scene import Camera, InputError, Scene, SurfaceClass
+from greensward.scene.base import linear
+from greensward.sowing.identity import BladeKind, blade_ids
 from greensward.techniques.billboard_grid.pictures import Billboards, mean_length_m
 from greensward.techniques.billboard_grid.settings import GridSettings
 from oracles import billboard_grid
+from oracles import wind as oracle_wind
 from reprojection import world_points
 from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
 
@@ -210,3 +213,125 @@ def test_refuses_textures_that_cut_nothing_out(renderer, tmp_path, key, alpha):
     Image.fromarray(np.full((4, 4, 4), alpha, np.uint8)).save(tmp_path / "grass.png")
     with pytest.raises(InputError, match=f"grass.png: technique.{key}: must have an alpha channel"):
         renderer(_scene({key: "grass.png"}).in_folder(tmp_path))
+
+
+# What is drawn, against the twin ----------------------------------------------------------------------------------
+_COLUMNS, _ROWS = np.meshgrid(np.arange(16), np.arange(8))
+_SIDE = np.stack(
+    [
+        140 + 100 * np.sin(2 * np.pi * _COLUMNS / 16),
+        60 + 24 * _ROWS,
+        200 - 90 * np.cos(2 * np.pi * _COLUMNS / 16),
+        95 + 60 * np.sin(2 * np.pi * _COLUMNS / 16 + 1.0),
+    ],
+    -1,
+).astype(np.uint8)
+_ACROSS, _DOWN = np.meshgrid(np.arange(16), np.arange(16))
+_TOP = np.stack(
+    [
+        90 + 80 * np.sin(2 * np.pi * _ACROSS / 16),
+        130 + 100 * np.sin(2 * np.pi * _DOWN / 16),
+        230 + 0 * _DOWN,
+        120 + 60 * np.cos(2 * np.pi * (_ACROSS + _DOWN) / 16),
+    ],
+    -1,
+).astype(np.uint8)
+_STEADY = {**BREEZE, "gustiness": 0.0, "turbulence": 0.0, "speed_mps": 6.0}
+_OF_COLOUR = {**STIFF, "root_colour": "#205010", "tip_colour": "#a0803c", "width_m": [0.1, 0.1], "stiffness": [0.3, 0.3]}
+_PUBLISHED = {"carrier": True, "steps": 5, "early_exit": False, "irregularity": 0.0, "turn_deg": 0.0, "sway": "shear"}
+_WAYS = {
+    "as published": _PUBLISHED,
+    "four steps, filled with colour, no middle plane": {
+        **_PUBLISHED,
+        "steps": 4,
+        "fill": "colour",
+        "middle_plane": False,
+        "opacity": 0.7,
+    },
+    "ours": {"steps": 40, "turn_deg": 20.0, "irregularity": 0.7},
+    "ours, too few steps": {"steps": 4, "turn_deg": -35.0, "irregularity": 0.4, "sway": "shear"},
+}
+
+
+def _leaning(scene, stiffness, tall_m):
+    """Control point and tip of a blade in the steady wind of a scene, (3,)."""
+    up, one = np.array([[0.0, 1.0, 0.0]]), np.ones(1)
+    wind = np.zeros((1, 4))
+    azimuth = np.radians(scene.wind[0].direction_deg)
+    wind[0, [0, 2]] = scene.wind[0].speed_mps * np.array([-np.sin(azimuth), np.cos(azimuth)])
+    blade = np.zeros((1, 3)), 0.5 * tall_m * up, tall_m * up, up, tall_m * one, stiffness * one
+    v1, v2 = oracle_wind.stand(*blade, 0.0 * one, wind, 0.0)
+    return v1[0], v2[0]
+
+
+def _mean_colour(grass):
+    root, tip, dry = (np.array(linear(colour)) for colour in (grass.root_colour, grass.tip_colour, grass.dry_colour))
+    green = 0.1 * root + 0.9 * tip
+    return green + sum(grass.dryness) / 2.0 * (dry - green)
+
+
+def _against_twin(renderer, folder, settings, pixels=60, height=1.0, **tables):
+    """Ground truth of a picture at some pixels, and the twin's rays through these."""
+    technique = {"name": "billboard-grid", "spacing": 0.7, **settings}
+    technique |= {"side_texture": "side.png", "top_texture": "top.png"}
+    camera = {"position_m": [0.3, 1.3, 1.1], "target_m": [-0.5, 0.0, -0.9], "fov_y_deg": 35.0}
+    given = {"grass": [_OF_COLOUR], "wind": [_STEADY], "technique": technique, "camera": camera, **tables}
+    scene = with_pictures(folder, {"side.png": _SIDE, "top.png": _TOP}, shadows={"enabled": False}, **given)
+    drawn = renderer(scene)
+    aovs = ("depth", "class", "albedo", "normal", "blade_id")
+    truth = drawn.render(1.0, aovs=aovs).truth
+    far, eye = world_points(drawn, scene.camera, np.full(truth["depth"].shape, 50.0)), drawn._view.camera_ws
+    options = GridSettings.model_validate({k: v for k, v in technique.items() if k != "name"})
+    grid, tall_m = drawn._technique, drawn._technique._billboards.tall_m
+    v1, v2 = _leaning(scene, 0.3, tall_m)
+    chosen = np.random.default_rng(3).choice(truth["depth"].size, pixels, replace=False)
+    rays = [
+        billboard_grid.Ray(
+            eye,
+            (far.reshape(-1, 3)[i] - eye) / 50.0,
+            grid._spacing_m,
+            np.radians(options.turn_deg),
+            options.irregularity,
+            tall_m,
+            options.steps,
+            scene.seed,
+            billboard_grid.picture(_SIDE),
+            billboard_grid.picture(_TOP),
+            _mean_colour(scene.grass[0]),
+            v1,
+            v2,
+            carrier=options.carrier,
+            shear=options.sway == "shear",
+            middle=options.middle_plane,
+            fill=options.fill,
+            opacity=options.opacity,
+            height=height,
+        ).trace()
+        for i in chosen
+    ]
+    return {name: truth[name].reshape(-1, *truth[name].shape[2:])[chosen] for name in aovs}, rays
+
+
+@pytest.mark.parametrize("way", _WAYS)
+def test_what_a_ray_gathers(renderer, tmp_path, way):
+    """Depth, colour, normal and id of the drawn picture, with wind, are those of the twin."""
+    truth, rays = _against_twin(renderer, tmp_path, _WAYS[way])
+    shown = np.array([np.isfinite(ray.depth) for ray in rays])
+    assert (shown == (truth["class"] == GRASS_CLASS)).mean() > 0.97
+    assert shown.sum() > 40
+    seen = [ray for ray, is_shown in zip(rays, shown, strict=True) if is_shown]
+    truth = {name: values[shown] for name, values in truth.items()}
+    near = np.abs(truth["depth"] - [ray.depth for ray in seen]) < 2e-3
+    # mottled by a factor that all channels share
+    colours, wanted = truth["albedo"], np.array([ray.colour[:3] / ray.colour[3] for ray in seen])
+    off = np.abs(colours / colours.sum(-1, keepdims=True) - wanted / wanted.sum(-1, keepdims=True)).max(-1)
+    turned = [ray.normal / np.linalg.norm(ray.normal) for ray in seen]
+    cosines = (truth["normal"] * turned).sum(-1)
+    upright = [k for k, ray in enumerate(seen) if len(ray.id) == 4]
+    same = [truth["blade_id"][k] == blade_ids(BladeKind.TRACED, *seen[k].id) for k in upright]
+    print("T", way, near.mean(), np.quantile(off, 0.9), off.max(), np.quantile(cosines, 0.1), np.mean(same), len(same))
+    assert near.mean() > 0.94
+    assert np.quantile(off, 0.9) < 0.01
+    assert np.quantile(cosines, 0.1) > 0.999
+    assert len(same) > 10
+    assert np.mean(same) > 0.9

@@ -93,6 +93,7 @@ _GLSL: dict[type, tuple[str, str, tuple[tuple[str, str], ...]]] = {
             ("first_layer", "float"),
             ("layers", "float"),
             ("anchor", "vec2"),
+            ("moves_mps", "vec2"),
         ),
     ),
     Ripples: (
@@ -213,6 +214,7 @@ def _numbers(wind: Wind, heights: HeightField | None, first_picture: int, anchor
                 *shown,
                 math.fmod(x / size_x, 1.0),
                 math.fmod(z / size_z, 1.0),
+                *wind.moves_mps,
             )
 
 

@@ -72,8 +72,8 @@ float speciesWeight(int index, vec3 at, vec3 facing) {
     return row.x * exp(5.0 * row.y * driftOn(at, facing, 4001u + 331u * uint(index)));
 }
 
-// Cover-weighted mean colour of the upper blades over a footprint, their transmittance in w
-vec4 swardColour(vec2 xz, Sward s, float footprint_m) {
+// Cover-weighted mean colour of the upper blades of the species that grow here, their transmittance in w
+vec4 speciesColour(vec2 xz, Sward s) {
     vec4 sum = vec4(0.0);
     float total = 1e-6;
     vec3 world = vec3(inWorld(xz), 0.0).xzy;
@@ -86,9 +86,13 @@ vec4 swardColour(vec2 xz, Sward s, float footprint_m) {
         sum += cover * vec4(mix(green, species(i, DRY).rgb, dry), root.w);
         total += cover;
     }
-    vec4 map = paintedAt(xz, footprint_m);
-    sum /= total;
-    return vec4(mix(sum.rgb, map.rgb, map.a), sum.w);
+    return sum / total;
+}
+
+// The same where a colour is painted over it, over a footprint
+vec4 swardColour(vec2 xz, Sward s, float footprint_m) {
+    vec4 own = speciesColour(xz, s), map = paintedAt(xz, footprint_m);
+    return vec4(mix(own.rgb, map.rgb, map.a), own.w);
 }
 
 // Coverage of the sown blades at this distance; wider ones make up for the rest.

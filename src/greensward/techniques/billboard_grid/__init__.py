@@ -67,6 +67,7 @@ class BillboardGrid:
             ("MIDDLE_PLANE", settings.middle_plane),
             ("EARLY_EXIT", settings.early_exit),
             ("FILL_COLOUR", settings.fill == "colour"),
+            ("SHEAR", settings.sway == "shear"),
             ("LEVEL", heights.lowest_m == heights.highest_m),
             ("MAPPED", scene.sowing.density_map is not None),
         ):
@@ -74,11 +75,12 @@ class BillboardGrid:
                 defines[name] = 1
         bindings: dict[str, Resource] = {**self._billboards.bindings, "Highest": self._mipmap.buffer}
         world.bindings.update(bindings)
+        carried = {**defines, "CARRIER": 1} if settings.carrier else defines
         if world.stage == "compute":
-            self._trace = Kernel(device, f"{_FOLDER}/trace.comp", defines, world.bindings)
+            self._trace = Kernel(device, f"{_FOLDER}/trace.comp", carried, world.bindings)
         else:
             stages = "shaders/screen.vert", f"{_FOLDER}/trace.frag"
-            self._trace = Draw(device, *stages, defines=defines, bindings=world.bindings)
+            self._trace = Draw(device, *stages, defines=carried, bindings=world.bindings)
         if not far:
             self._shadow = _Shadow(device, world, defines)
         for shader in (self._trace, self._shadow.rays.shader) if self._shadow else (self._trace,):

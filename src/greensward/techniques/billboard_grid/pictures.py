@@ -256,7 +256,7 @@ class _Grower:
                 outwards=axes[2],
                 low_m=shown,
                 high_m=shown_high,
-                texel_m=0.5 * self._settings.billboard_m / self._settings.texture_px,
+                texel_m=self._settings.billboard_m / self._settings.texture_px,
             )
             draw.release()
             buffer.release()

@@ -11,11 +11,15 @@ class GridSettings(Model):
     """Spacing of billboards, their images, and the ray marching through them."""
 
     spacing: Number = Field(0.35, ge=0.005, le=20)
-    """Distance from one billboard to the next, in mean lengths of a blade."""
+    """Distance from one billboard to the next, in mean lengths of a blade; from 1 on its rows show."""
     irregularity: Number = Field(0.7, ge=0, le=0.9)
     """Offset of billboards from a regular grid, in spacings; 0 shows its rows."""
     turn_deg: Number = Field(27.0, ge=-90, le=90)
     """Angle that the grid is turned by, so that no path of the camera runs along its rows."""
+    carrier: Flag = False
+    """As published, polygons carry the grid: the ground, raised to the height of the tips. Each ray meets `steps`
+    billboards below the polygon through which it comes, and is then filled. Hills have no silhouette of blades, and a
+    camera lower than the tips sees no grass."""
     steps: Count = Field(40, ge=1, le=64)
     """Billboards that a ray meets at most. Where more stand before the ground, each of the second half of them stands
     for some, and what is left transparent at the last is filled."""
@@ -28,6 +32,9 @@ class GridSettings(Model):
     opacity: Number = Field(0.5, gt=0, le=1)
     """A pixel shows grass from this opacity on, at the depth where it is reached; where blades are finer than a
     pixel, by chance, so that samples average."""
+    sway: Literal["blade", "shear"] = "blade"
+    """How the wind moves billboards: along the curve of a bent blade, whose tip sinks, or, as published, sheared by
+    an offset that grows with height."""
     layers: Count = Field(8, ge=1, le=64)
     """Number of different billboards; the grid takes them in random order."""
     billboard_m: Number = Field(1.0, gt=0, le=50)

@@ -33,6 +33,7 @@ uniform float previous_time_s;
 
 const float STEEPEST = 0.5;  // normal's y on a slope of 60 degrees, beyond which a grid of upright billboards falls apart
 const float SHARPER = 1.5;  // levels of detail, as jittered samples average what is left
+const float FILLED = 0.6;     // how much what fills the rest shows blades apart, whose picture is a mean of many slabs
 const int FARTHER = 6;       // times as many steps for rays that need not end in the grass
 const float NOWHERE_M = 1e9;
 // Of what grass hides from above, how much the lowest plane does
@@ -61,6 +62,15 @@ struct Traced {
 
 vec2 toGrid(vec2 xz) { return vec2(turn.x * xz.x + turn.y * xz.y, -turn.y * xz.x + turn.x * xz.y); }
 vec2 fromGrid(vec2 g) { return vec2(turn.x * g.x - turn.y * g.y, turn.y * g.x + turn.x * g.y); }
+
+// How far what stands at some part of the height moves, where a blade as tall leans this way
+vec3 swayed(vec3 v1, vec3 v2, float rest) {
+#ifdef SHEAR
+    return vec3(rest, 0.0, rest) * v2;  // as published: offset grows with height, and nothing sinks
+#else
+    return 2.0 * rest * (1.0 - rest) * v1 + rest * rest * v2;
+#endif
+}
 
 // A blade that stands for those around, and bobs with its neighbours, the less alike the farther they are
 void bentAt(vec3 root, float tall, float time_s, out vec3 v1, out vec3 v2) {
@@ -110,6 +120,7 @@ vec2 shareAt(vec3 p_ws, Around a) {
     vec4 map = vec4(1.0);
 #ifdef MAPPED
     map = textureLod(density_map, mapUv(p_ws.xz), 0.0);
+    if (view.low_detail != 0 && map.g <= 0.0) map.r = 0.0;
 #endif
     float away = distance(p_ws, view.camera_ws.xyz);
     float far = 1.0 - smoothstep(0.82, 1.0, away / sward.reach_m);
@@ -163,7 +174,11 @@ bool reached(inout Traced t, float depth_m, float lod) {
 #ifdef SHADOW
     float coarse = 0.0, least = mix(0.35, 1.0, random_threshold);
 #else
+#ifdef CARRIER
+    float coarse = 0.0, least = opacity;  // the rest is filled, and so is reached everywhere
+#else
     float coarse = smoothstep(1.0, 3.5, lod), least = mix(opacity, random_threshold, coarse);
+#endif
 #endif
     if (t.depth_m < NOWHERE_M || t.colour.a <= least) return false;
     t.depth_m = depth_m;
@@ -196,17 +211,34 @@ uvec3 bladeIn(usampler2DArray blades, vec2 uv, int layer, float lod) {
     return uvec3((max(found, 1u) - 1u) / 9u + 1u, move % 3u, move / 3u);
 }
 
+// What is left transparent, at a part of the height
+void fillUp(inout vec4 colour, inout vec4 shape, float rest) {
+#ifdef FILL_COLOUR
+    colour = vec4(mean_material.rgb, 1.0);
+    shape = vec4(0.5, 0.8, 0.0, 0.6);  // as a wall of blades, turned to the viewer as much as up
+#else
+    // what shows between tips is lit, between roots it is not
+    colour.rgb += (1.0 - colour.a) * mix(0.5, 1.0, rest) * mean_material.rgb;
+    shape += (1.0 - colour.a) * vec4(0.5, 0.5, 0.5, mix(0.3, 0.9, rest));
+    colour.a = 1.0;
+#endif
+}
+
 // It stands for some `billboards`. `closing` is for the last that a ray meets: an opaque picture of the grass behind it all
 void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, float above_m, vec2 direction, float depth_m, vec2 share,
               int billboards, bool closing) {
     if (share.x <= 0.0) return;
-    // up the leaning blade to this height
     vec3 v1 = a.v1 * share.y, v2 = a.v2 * share.y;
+#ifdef SHEAR
+    float rest = above_m / max(tall_m * a.height * share.y, 1e-6);
+#else
+    // up the leaning blade to this height
     float b = 2.0 * v1.y, rest = 2.0 * above_m / max(b + sqrt(max(b * b + 4.0 * (v2.y - b) * above_m, 0.0)), 1e-6);
+#endif
     // what a ray meets last lies deeper among the blades than where it is followed no farther
     if (closing) rest = mix(0.3, 0.8, min(rest, 1.0));
     if (rest > 1.0) return;
-    vec2 lean = toGrid(2.0 * rest * (1.0 - rest) * v1.xz + rest * rest * v2.xz);
+    vec2 lean = toGrid(swayed(v1, v2, rest).xz);
     uvec3 random = hash3(uvec3(uint(plane), alongX ? 1u : 2u, sward.seed));
     int layer = closing ? layers : int(random.x % uint(layers));
     bool mirror = (random.z & 1u) != 0u;
@@ -219,15 +251,7 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
     float lod = log2(max(pixelAt(depth_m) * size.x / billboard_m * inversesqrt(max(slant, 0.06)), 1e-6)) - (closing ? SHARPER + 1.0 : SHARPER);
     vec4 colour = textureLod(side_colour, vec3(uv, layer), lod), shape = textureLod(side_shape, vec3(uv, layer), lod);
     if (closing) {
-#ifdef FILL_COLOUR
-        colour = vec4(mean_material.rgb, 1.0);
-        shape = vec4(0.5, 0.5, 0.0, 0.6);
-#else
-        // what shows between tips is lit, between roots it is not
-        colour.rgb += (1.0 - colour.a) * mix(0.5, 1.0, rest) * mean_material.rgb;
-        shape += (1.0 - colour.a) * vec4(0.5, 0.5, 0.5, mix(0.3, 0.9, rest));
-        colour.a = 1.0;
-#endif
+        fillUp(colour, shape, rest);
     } else if (colour.a < 0.004) {
         return;
     } else {
@@ -242,13 +266,12 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
                           : vec2(direction.x > 0.0 ? -outwards : outwards, flipped * tilt.x);
     // turned half-way to the viewer: blades face all directions, and the two of the grid would show where one side takes over
     vec2 back = -normalize(fromGrid(direction)), xz = mix(fromGrid(towards), 0.8 * back, 0.5);
-    if (closing) {
-        tilt.y = 0.75;
-        xz = 0.8 * back;
-    }
-    over(t, colour, vec3(xz.x, tilt.y, xz.y), above_m / max(sward.canopy_m, 1e-3), shape.w);
+    // and what fills the rest wholly: it stands for all that a ray would meet
+    if (closing) xz = outwards * back + flipped * tilt.x * vec2(-back.y, back.x);
+    over(t, colour, vec3(xz.x, tilt.y, xz.y), (closing ? rest * tall_m : above_m) / max(sward.canopy_m, 1e-3), shape.w);
     if (reached(t, depth_m, lod + SHARPER)) {
         t.rest = rest;
+        if (closing) t.coarse = max(t.coarse, FILLED);
 #ifndef SHADOW
         int first = alongX ? first_billboard.x : first_billboard.y;
         uvec3 blade = bladeIn(side_blade, vec2(fract(uv.x), uv.y), layer, lod);
@@ -260,19 +283,28 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
 
 // A level plane, which shows grass from above; two of them share what there is of it. The upright ones show the same blades,
 // and seen aslant a blade hides about the root of the sum of the squares of what it hides from the side and from above: where
-// these are alike, the planes are left with the tangent of half the angle.
-void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, vec3 ray, float depth_m, vec2 share) {
-    if (share.x <= 0.0) return;
-    part *= abs(ray.y) / (length(ray) + length(ray.xz));
-    vec3 v1 = a.v1, v2 = a.v2;
-    vec2 lean = toGrid(2.0 * at * (1.0 - at) * v1.xz + at * at * v2.xz) * share.y;
+// these are alike, the planes are left with the tangent of half the angle. `unmet` is how far a ray fell without a billboard, of
+// the height of the grass: what would have been met on this way then shows on the lowest plane, or wide grids would have bare
+// squares.
+void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, float unmet, vec3 ray, float depth_m, vec2 share) {
+    // from beneath the upright ones show these blades
+    if (share.x <= 0.0 || ray.y >= 0.0) return;
+    float far = length(ray), steep = -ray.y / (far + length(ray.xz));
+    part = max(part * steep, smoothstep(0.3, 0.8, unmet) * far / max(-ray.y, 0.25 * far) - (1.0 - LOWEST_PART) * steep);
+#ifdef CARRIER
+    bool closing = at == 0.0;  // the ground plane, which is opaque
+#else
+    const bool closing = false;
+#endif
+    vec2 lean = toGrid(swayed(a.v1, a.v2, at).xz) * share.y;
     vec2 uv = in_billboard + (place_m - lean) / billboard_m, size = vec2(textureSize(top_colour, 0).xy);
     float lod = log2(max(pixelAt(depth_m) * size.x / billboard_m, 1e-6));
     vec4 colour = textureLod(top_colour, vec3(uv, 0.0), lod), shape = textureLod(top_shape, vec3(uv, 0.0), lod);
+    if (closing) fillUp(colour, shape, 0.0);
     if (colour.a < 0.004) return;
     shape /= max(colour.a, 1e-3);
     // what leans hides more of the ground: blades of the picture lean by about a third of their length themselves
-    part *= 1.0 + 2.0 * min(length(v2.xz) / tall_m, 1.0);
+    part *= 1.0 + 2.0 * min(length(a.v2.xz) / tall_m, 1.0);
     float shown = hiddenBy(colour.a * shareOfTexel(shape.z, share.x, lod), part * widened(depth_m));
     vec2 tilt = clamp(2.0 * shape.xy - 1.0, -1.0, 1.0), xz = fromGrid(tilt);
     over(t, colour * (shown / colour.a), vec3(xz.x, sqrt(max(1.0 - dot(tilt, tilt), 0.0)), xz.y), at, shape.w);
@@ -292,9 +324,19 @@ float standsAt(int plane, uint axis) {
     return (float(plane) + irregular * (unit(hash3(uvec3(uint(plane + of), axis, sward.seed ^ 0x2545f491u))).x - 0.5)) * spacing_m;
 }
 
+// Height above the ground; of a ray through a carrier, `shell` holds where it enters and how it falls per depth, and its ground
+// is level with the carrier, as published
+float highAt(vec3 p_ws, float depth_m, vec2 shell) {
+#ifdef CARRIER
+    return layer_m + (depth_m - shell.x) * shell.y;
+#else
+    return p_ws.y - groundUnderneath(p_ws.xz);
+#endif
+}
+
 // From one depth to another; `on_ground` tells whether the ground is what ends it. Returns the depth at which it left the grass
 // upwards, else NOWHERE_M.
-float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, float to, bool on_ground, bool filled, int most) {
+float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, float to, bool on_ground, bool filled, int most, vec2 shell) {
     vec2 direction = toGrid(ray.xz), start = in_cell_m + toGrid(eye_rs.xz), at = start + from * direction;
     direction = mix(direction, vec2(1e-9), equal(direction, vec2(0.0)));
     // the one before may stand on this side of the ray's beginning
@@ -306,30 +348,37 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
         if (next.y <= from) { plane.y += turnedTo.y; next.y = (standsAt(plane.y, 2u) - start.y) / direction.y; }
     }
     vec3 p_ws = view.origin_ws.xyz + eye_rs + ray * from;
-    float before = from, above = p_ws.y - groundUnderneath(p_ws.xz);
+    float before = from, above = highAt(p_ws, from, shell);
     vec2 share = shareAt(p_ws, a);
+    int second = max(most / 2, 1), leap = 1;
+#ifndef CARRIER
     // where there are more billboards along the ray than steps, each of the second half of the steps leaps over some
     float planes = on_ground ? (to - from) * (abs(direction.x) + abs(direction.y)) / spacing_m : 0.0;
-    int second = max(most / 2, 1), leap = max(int(ceil((planes - float(most - second)) / float(second))), 1);
+    leap = max(int(ceil((planes - float(most - second)) / float(second))), 1);
+#endif
     for (int k = 0; k < most; k++) {
         int billboards = k < most - second ? 1 : leap;
         bool acrossX = next.x < next.y;  // a plane of one x, on which z runs
         float depth_m = min(min(next.x, next.y), to);
         bool last = depth_m >= to;
         p_ws = view.origin_ws.xyz + eye_rs + ray * depth_m;
-        float high = last && on_ground ? 0.0 : p_ws.y - groundUnderneath(p_ws.xz);
+        float high = last && on_ground ? 0.0 : highAt(p_ws, depth_m, shell);
         share = shareAt(p_ws, a);
         if (t.depth_m == NOWHERE_M) bendUnderForces(a, p_ws);
 #ifdef MIDDLE_PLANE
+        #ifdef CARRIER
+        float middle = 0.5 * layer_m;
+#else
         float middle = 0.5 * a.v2.y * share.y;
+#endif
         if ((above - middle) * (high - middle) < 0.0) {
             float there = mix(before, depth_m, (above - middle) / (above - high));
-            meetTop(t, a, toGrid(eye_rs.xz) + there * direction, 0.5, 0.5, ray, there, share);
+            meetTop(t, a, toGrid(eye_rs.xz) + there * direction, 0.5, 0.5, 0.0, ray, there, share);
         }
 #endif
         if (high <= 0.0) {
             float there = mix(before, depth_m, above / max(above - high, 1e-6));
-            meetTop(t, a, toGrid(eye_rs.xz) + there * direction, 0.0, LOWEST_PART, ray, there, share);
+            meetTop(t, a, toGrid(eye_rs.xz) + there * direction, 0.0, LOWEST_PART, above / max(tall_m * a.height * share.y, 1e-3), ray, there, share);
             return NOWHERE_M;
         }
         if (last) return NOWHERE_M;
@@ -363,6 +412,9 @@ bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool on_ground, out 
     float above_m = eye.y + ray.y * nearest_m - groundHeight(eye.xz + ray.xz * nearest_m);
     if (above_m < 0.0) return false;  // as rays of a parallel view may
     bool inside = above_m < layer_m;
+#ifdef CARRIER
+    if (inside) return false;  // as published the viewpoint cannot be in the grass
+#endif
     float from = inside ? nearest_m : march(eye, ray, nearest_m, layer_m);
     if (from < range_m.x || from >= min(end_m, range_m.y)) return false;
     vec3 entry = eye + ray * from;
@@ -371,27 +423,34 @@ bool trace(uvec2 pixel, vec3 eye_rs, vec3 ray, float end_m, bool on_ground, out 
     if (slope.y < STEEPEST || slopeShare(slope.y) <= 0.0) return false;
     a = around(entry);
     a.dense *= slopeShare(slope.y);
+#ifdef CARRIER
+    vec2 shell = vec2(from, ray.y + dot(slope.xz, ray.xz) / slope.y);
+    if (shell.y >= -1e-5) return false;
+    follow(t, a, eye_rs, ray, from, from - layer_m / shell.y, true, true, steps, shell);
+    return t.depth_m < (on_ground ? NOWHERE_M : end_m);
+#endif
 #ifdef SHADOW
-    follow(t, a, eye_rs, ray, from, NOWHERE_M, false, false, steps);
+    follow(t, a, eye_rs, ray, from, NOWHERE_M, false, false, steps, vec2(0.0));
     return t.depth_m < NOWHERE_M;
 #endif
     if (!on_ground) {
-        follow(t, a, eye_rs, ray, from, end_m, false, inside, FARTHER * steps);
+        follow(t, a, eye_rs, ray, from, end_m, false, inside, FARTHER * steps, vec2(0.0));
         return t.depth_m < NOWHERE_M;
     }
     // where it came down through the tips for the last time; between tips it may go far before that
     vec3 under = groundNormal((eye + ray * end_m).xz);
     float down = end_m - layer_m / max(-(ray.y + dot(under.xz, ray.xz) / under.y), 1e-4);
     bool through = inside || down - from > 0.5 * (end_m - down) + 4.0 * spacing_m;
-    float left = follow(t, a, eye_rs, ray, from, end_m, true, true, through ? FARTHER * steps : steps);
+    float left = follow(t, a, eye_rs, ray, from, end_m, true, true, through ? FARTHER * steps : steps, vec2(0.0));
     if (left < NOWHERE_M) {
-        down = max(down, left);
+        // where it comes down through the tips again, which may be far from where it left them
+        down = march(eye, ray, left, layer_m);
         vec3 again = eye + ray * down;
-        if (distance(again, view.camera_ws.xyz) < sward.reach_m) {
+        if (down >= left && down < end_m && distance(again, view.camera_ws.xyz) < sward.reach_m) {
             Around other = around(again);
             other.dense *= under.y < STEEPEST ? 0.0 : slopeShare(under.y);
             bool first = t.depth_m == NOWHERE_M;
-            follow(t, other, eye_rs, ray, down, end_m, true, true, steps);
+            follow(t, other, eye_rs, ray, down, end_m, true, true, steps, vec2(0.0));
             if (first) a = other;
         }
     }
