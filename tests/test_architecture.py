@@ -173,7 +173,7 @@ def _include_problems(shaders: dict[str, str], generated: set[str]) -> list[str]
     return problems
 
 
-_GENERATED = {"culling/width", "culling/base_depth"}
+_GENERATED = {"culling/width", "culling/base_depth", "passes/heads/tables"}
 """Includes that Python writes: what a technique, or a picture, fills in."""
 
 
