@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Measure what level of detail changes: cover and mean colour of an even field by distance, and its flicker.
+"""Measure what level of detail changes: cover and mean colour of an even field by distance, its heads, and its flicker.
 
 Each field is drawn with level of detail and, from the same seed, in full detail (`sowing.full_density_m` beyond its
 end), by several cameras beside each other. Pixels are grouped by the distance at which their ray meets the ground.
 Cover is the share of pixels that show a blade; colour is the mean of the image, decoded to linear light. Both are
-ratios to full detail, means over fields of five seeds; ± gives half of their range. Flicker is the mean absolute
+ratios to full detail, means over fields of five seeds; ± gives half of their range. In a field with heads, under a
+low and a high sun, the shares of pixels that show flowers and seed heads are compared too; its seed heads are blue, so
+that they can be told apart. Flicker is the mean absolute
 difference between consecutive frames, in 8-bit steps, of a camera that moves 2 mm to the side each frame.
 `scripts/measure_detail.py --table FILE…` turns saved results into the tables of docs/techniques.md.
 """
@@ -28,6 +30,15 @@ HALF_WIDTH_M, LENGTH_M = 12.0, 105.0
 CAMERAS = {"1.7 m": (1.7, 0.5, 12.0), "0.6 m": (0.6, 0.3, 12.0), "6 m, down": (6.0, 0.0, 14.0)}
 """Height of the camera, height of its target, and horizontal distance between them, in metres."""
 SEEDS, ASIDE_M, PLACES = (1, 2, 3, 4, 5), 0.09, 4
+SUNS_DEG = (12.0, 58.0)
+WITH_HEADS: tuple[dict[str, object], ...] = (
+    {"species": "meadow-grass", "share": 0.5},
+    {"species": "ryegrass", "share": 0.3, "height_m": [0.06, 0.2]},
+    {"species": "bent", "share": 0.1, "head_colour": "#0000ff"},
+    {"species": "timothy", "share": 0.03, "head_colour": "#0000ff"},
+    {"species": "daisy", "share": 0.03},
+    {"species": "buttercup", "share": 0.02},
+)
 STEP_M, FRAMES = 0.002, 12
 TRACED_M = 25.0
 """Distance from which ray-marched billboards replace blades, in the cases that use them."""
@@ -38,11 +49,19 @@ FLICKER_CASES: tuple[tuple[str, dict[str, float]], ...] = (
 )
 
 
-def field(camera: str, sowing: Mapping[str, float], seed: int = 1, full_detail: bool = False) -> gs.Scene:
-    """Return a strip of even ground with the grass of the default scene."""
+def field(
+    camera: str,
+    sowing: Mapping[str, float],
+    seed: int = 1,
+    full_detail: bool = False,
+    sun_deg: float | None = None,
+) -> gs.Scene:
+    """Return a strip of even ground with the grass of the default scene; where a sun is given, with heads."""
     height, target, ahead = CAMERAS[camera]
+    with_heads = {"grass": WITH_HEADS, "sun": {"elevation_deg": sun_deg}} if sun_deg is not None else {}
     return gs.Scene.model_validate(
         {
+            **with_heads,
             "seed": seed,
             "ground": {"kind": "flat", "size_m": [2 * HALF_WIDTH_M, LENGTH_M], "beyond": "bare"},
             "sowing": {"drift": 0, **sowing, **({"full_density_m": 1000, "traced_m": None} if full_detail else {})},
@@ -84,7 +103,7 @@ def bands(distance: Floats) -> dict[str, npt.NDArray[np.bool_]]:
 
 
 def cover_and_colour(scene: gs.Scene, size: tuple[int, int], samples: int) -> tuple[dict[str, Floats], int]:
-    """Return cover, then linear red, green and blue, by band; and the number of blades drawn."""
+    """Return cover, linear red, green and blue, shares of flowers and of blue by band; and the number of blades drawn."""
     sums: dict[str, Floats] = {}
     with gs.Renderer(scene, size=size, samples=samples) as renderer:
         masks = bands(ground_distance_m(renderer))
@@ -95,28 +114,39 @@ def cover_and_colour(scene: gs.Scene, size: tuple[int, int], samples: int) -> tu
             camera = scene.camera.model_copy(
                 update={"position_m": (aside, y, z), "target_m": (aside, *scene.camera.target_m[1:])}
             )
-            frame = renderer.render(camera=camera, aovs=["class"])
-            cover, colour = frame.truth["class"] == gs.SurfaceClass.GRASS, linear(frame.image)
+            frame = renderer.render(camera=camera, aovs=["class", "albedo"])
+            seen, albedo, colour = frame.truth["class"], frame.truth["albedo"], linear(frame.image)
+            shares = (
+                (seen != gs.SurfaceClass.GROUND),
+                seen == gs.SurfaceClass.FLOWER,
+                albedo[..., 2] > 2.5 * albedo[..., :2].max(-1),
+            )
             for name, mask in masks.items():
-                part = np.array([cover[mask].mean(), *colour[mask].mean(axis=0)]) / PLACES
-                sums[name] = sums.get(name, np.zeros(4)) + part
+                cover, flowers, blue = (share[mask].mean() for share in shares)
+                part = np.array([cover, *colour[mask].mean(axis=0), flowers, blue]) / PLACES
+                sums[name] = sums.get(name, np.zeros(6)) + part
         return sums, renderer.counts.drawn
 
 
-def compare(camera: str, size: tuple[int, int], samples: int, sowing: Mapping[str, float]) -> list[dict[str, object]]:
-    """Return a row for each band: cover in full detail, and ratios to full detail."""
+def compare(
+    camera: str, size: tuple[int, int], samples: int, sowing: Mapping[str, float], sun_deg: float | None = None
+) -> list[dict[str, object]]:
+    """Return a row for each band: cover in full detail, and ratios to full detail; of heads too where a sun is given."""
     ratios: list[dict[str, Floats]] = []
+    columns = 4 if sun_deg is None else 6
     for seed in SEEDS:
-        full, _ = cover_and_colour(field(camera, sowing, seed, full_detail=True), size, samples)
-        less, drawn = cover_and_colour(field(camera, sowing, seed), size, samples)
-        ratios.append({name: less[name] / full[name] for name in full})
+        full, _ = cover_and_colour(field(camera, sowing, seed, True, sun_deg), size, samples)
+        less, drawn = cover_and_colour(field(camera, sowing, seed, False, sun_deg), size, samples)
+        ratios.append({name: less[name][:columns] / full[name][:columns] for name in full})
     rows: list[dict[str, object]] = []
     for name in full:
         both = np.array([ratio[name] for ratio in ratios])
+        heads = {} if sun_deg is None else {"sun_deg": sun_deg, "full_heads": np.round(full[name][4:], 4).tolist()}
         rows.append(
             {
                 "camera": camera,
                 **sowing,
+                **heads,
                 "band_m": name,
                 "full_cover": round(float(full[name][0]), 4),
                 "ratio": [round(value, 4) for value in both.mean(axis=0).tolist()],
@@ -163,6 +193,18 @@ def table(file: str) -> str:
         band = row["band_m"].replace("-", "–")
         start = [row["camera"], f"{row['drift']:g}", traced, band, f"{row['full_cover']:.3f}"]
         lines.append("| " + " | ".join(start + cells) + " |")
+    lines += [
+        "",
+        "With heads:",
+        "",
+        "| camera | sun | distance, m | flowers in full detail | seed heads | flowers | seed heads | red | green | blue |",
+        "|---" * 10 + "|",
+    ]
+    for row in result.get("heads", []):
+        cells = [f"{ratio:.2f} ± {noise:.2f}" for ratio, noise in zip(row["ratio"], row["noise"], strict=True)]
+        start = [row["camera"], f"{row['sun_deg']:g}°", row["band_m"].replace("-", "–")]
+        start += [f"{share:.3f}" for share in row["full_heads"]]
+        lines.append("| " + " | ".join([*start, *cells[4:], *cells[1:4]]) + " |")
     header = ["technique", "camera", "samples", *(name.replace("-", "–") + " m" for name in names)]
     lines += ["", "Flicker, in 8-bit steps from frame to frame:", ""]
     lines += ["| " + " | ".join(header) + " |", "|---" * len(header) + "|"]
@@ -191,6 +233,13 @@ def main() -> None:
         for sowing in ({"drift": 0.0}, {"drift": 0.6}, {"drift": 0.0, "traced_m": TRACED_M}):
             rows += compare(camera, (width, height), arguments.samples, sowing)
             print(*rows[-6:], sep="\n", file=sys.stderr)
+    heads: list[dict[str, object]] = []
+    for camera in arguments.cameras:
+        for sun_deg in SUNS_DEG:
+            heads += compare(
+                camera, (width, height), arguments.samples, {"drift": 0.0, "density_per_m2": 900}, sun_deg
+            )
+            print(*heads[-6:], sep="\n", file=sys.stderr)
     flickers = []
     for camera in arguments.cameras[:1]:
         for samples in (1, 4):
@@ -201,7 +250,7 @@ def main() -> None:
         driver = renderer.driver
     machine = {"driver": driver, "python": platform.python_version(), "greensward": gs.__version__}
     result = {"machine": machine, "size": arguments.size, "samples": arguments.samples}
-    print(json.dumps({**result, "rows": rows, "flicker": flickers}, indent=1))
+    print(json.dumps({**result, "rows": rows, "heads": heads, "flicker": flickers}, indent=1))
 
 
 if __name__ == "__main__":

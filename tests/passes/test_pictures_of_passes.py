@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from blades import blades_by_number, has_head, numbers_of
 from greensward.ground.noise import octaves
 from greensward.scene import SurfaceClass
 from oracles import terrain, tone
-from reprojection import world_points
 from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
 
 _DOWN = {"position_m": [0.0, 3.0, 0.0], "target_m": [0.0, 0.0, -0.001]}
@@ -202,16 +200,3 @@ def test_solids_are_where_and_as_large_as_asked(renderer, kind):
     area = {"box": 1.0, "sphere": np.pi / 4, "cylinder": np.pi / 4}[kind]
     assert len(rows) / metre**2 == pytest.approx(area, rel=0.06)
     assert truth["depth"][rows, columns].min() == pytest.approx(29.0, abs=0.02)
-
-
-def test_heads_sit_at_the_tips(renderer):
-    scene = small_scene(grass=[{**GRASS, "head": "daisy", "head_size_m": [0.06, 0.06], "head_share": 0.3}])
-    drawn = renderer(scene)
-    truth = drawn.render(aovs=["class", "depth", "blade_id"]).truth
-    rows, columns = np.nonzero((truth["class"] == SurfaceClass.FLOWER) & (truth["depth"] < 4.5))
-    assert len(rows) > 100
-    field = drawn._world.field
-    blade = blades_by_number(field)[numbers_of(field, truth["blade_id"][rows, columns])]
-    p = world_points(drawn, scene.camera, truth["depth"])[rows, columns]
-    assert np.linalg.norm(p - blade["tip"], axis=1).max() < 0.12
-    assert has_head(blade).all()

@@ -91,3 +91,18 @@ def test_a_material_without_a_picture_has_its_colour_and_the_scene_wins(renderer
     truth = card(renderer, tmp_path, "map_Kd gone.png\n", colour="#ff0000")
     red, green, blue = truth["albedo"][18, 32]
     assert red > 0.5 > 0.01 > max(green, blue)
+
+
+@pytest.mark.parametrize("kind", ["box", "sphere", "cylinder"])
+def test_an_object_has_the_colour_that_it_is_given_unless_it_is_weathered(renderer, kind):
+    shape = {"kind": kind, "position_m": [0.0, 0.0, 0.0], "size_m": [1.5, 1.5, 1.5], "colour": "#808080"}
+    spread = []
+    for weathered in ({}, {"weathered": 1.0}):
+        truth = (
+            renderer(small_scene(grass=[], object=[{**shape, **weathered}])).render(aovs=["class", "albedo"]).truth
+        )
+        albedo = truth["albedo"][truth["class"] == SurfaceClass.OBJECT]
+        assert albedo.mean() == pytest.approx(0.216, abs=0.03)
+        spread.append(np.ptp(albedo))
+    assert spread[0] < 0.002
+    assert spread[1] > 0.05

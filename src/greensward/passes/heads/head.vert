@@ -7,6 +7,9 @@ layout(std430) readonly buffer Listed { uint listed[]; };  // blades of all leve
 layout(std430) readonly buffer Meshes { HeadVertex mesh[]; };
 
 const float GOLDEN = 2.39996323;
+const float STEM = 0.4;           // part of the blade, from its tip down, that is drawn as a stem
+const float STEM_WIDTH = 0.45;    // in widths of the blade, of which its outline leaves less and less
+const float STEM_LEAST_PX = 0.6;
 
 uniform int level;
 uniform uint room;       // for the heads of a level
@@ -46,6 +49,15 @@ vec3 farCorner(int corner, vec3 axis, vec3 toViewer, float area, float wide, flo
     return corner == 2 ? upwards * reach : side * wide * (float(corner) - 0.5);
 }
 
+// On the ribbon along the upper end of the blade that joins it to its head: side is -1 or 1, down 0 at the head to 1
+vec3 stemCorner(Head h, float side, float down, vec3 toViewer, float depth_m) {
+    vec3 v1 = mix(h.root, h.v1, h.fade);
+    float t = 1.0 - STEM * down;
+    float wide = max(STEM_WIDTH * h.blade.width, STEM_LEAST_PX * (view.pixel_m.x * depth_m + view.pixel_m.y));
+    vec3 across = cross(bezierTangent(h.root, v1, h.tip, t), toViewer);
+    return bezierPoint(h.root, v1, h.tip, t) - h.tip + 0.5 * side * wide * across / max(length(across), 1e-6);
+}
+
 void main() {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     int member = level == FAR ? gl_VertexID / 3 : gl_InstanceID % heads_each;
@@ -69,8 +81,9 @@ void main() {
     vec3 offset, normal;
     vec2 paint;  // heart and stem, as parts of the colour
     float shade;
+    vec3 eye = view.eye_rs.xyz - at * view.eye_rs.w, toViewer = normalize(eye);
+    bool isStem = false;
     if (level == FAR) {
-        vec3 toViewer = normalize(view.eye_rs.xyz - at * view.eye_rs.w);
         float area = outline(kind, dot(axis, toViewer)) * grown.x * grown.y;
         offset = farCorner(gl_VertexID % 3, axis, toViewer, area, h.flower ? grown.x : 0.5 * grown.x, grown.y);
         normal = axis + toViewer;
@@ -79,6 +92,7 @@ void main() {
     } else {
         HeadVertex corner = mesh[kind * VERTICES + levels[level].x + gl_VertexID];
         if (corner.normal.xyz == vec3(0.0)) return;  // padding of the mesh
+        isStem = corner.place.w < 0.0;
         vec3 helper = abs(axis.y) < 0.95 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0);
         vec3 e1 = normalize(cross(helper, axis)), e3 = cross(axis, e1);
         float turn = 6.2832 * fract(random * 13.7);
@@ -87,8 +101,14 @@ void main() {
         normal = frame * corner.normal.xyz;
         paint = vec2(corner.place.w, corner.normal.w);
         shade = mix(0.8, 1.0, clamp(corner.place.y * 2.0 + 0.3, 0.0, 1.0));
+        if (isStem) {
+            offset = stemCorner(h, corner.place.x, corner.place.y, toViewer, length(eye));
+            normal = toViewer + up;
+            paint = vec2(0.0, 1.0);
+            shade = 1.0;
+        }
     }
-    if (!h.flower) offset -= axis * 0.12 * grown.y;
+    if (!h.flower && !isStem) offset -= axis * 0.12 * grown.y;
     gl_Position = view.jittered_clip_from_relative * vec4(at + offset, 1.0);
 #ifndef SHADOW
     position_rs = at + offset;
@@ -101,6 +121,6 @@ void main() {
     vec3 tint = (bladeTint(b) - 0.5) * (h.flower ? vec3(0.35, 0.7, 0.3) : vec3(0.5));
     colour = mix(petals, species(kindOfGrass, TIP).rgb, paint.y) * (1.0 + tint) * shade;
     blade = index;
-    isFlower = h.flower ? 1u : 0u;
+    isFlower = h.flower && !isStem ? 1u : 0u;
 #endif
 }

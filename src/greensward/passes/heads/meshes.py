@@ -1,8 +1,8 @@
 """Meshes of heads, near and far, padded to one length so that a draw needs no mesh bound per kind.
 
 A vertex is position and heart, normal and stem: y runs along the head's axis from its base, lengths in units of the
-head's size. Heart and stem are parts of the colour, from 0 to 1; the rest is petal or seed. Each level shows as much
-area as the finest, from the side and from above, or a field would change with distance.
+head's size. Heart and stem are parts of the colour, from 0 to 1; the rest is petal or seed. A heart of -1 tells the
+ribbon that joins the blade to its head: x is the side, y runs down it. Each level shows as much area as the finest, from the side and from above, or a field would change with distance.
 """
 
 from collections.abc import Callable
@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from greensward.scene.grass import HEADS
 
-LEVELS = ((0, 576), (576, 48))
+LEVELS = ((0, 588), (588, 60))
 """First vertex and vertices of each level of detail that has a mesh, the finest first; meshes are padded to these."""
 OUTLINES = {
     "none": (0.0, 0.0),
@@ -51,7 +51,7 @@ def head_meshes() -> npt.NDArray[np.float32]:
     table = np.zeros((len(HEADS), last + size, 8), np.float32)
     for row, kind in zip(table, HEADS, strict=True):
         for build, (first, vertices) in zip(builders[kind], LEVELS, strict=True):
-            mesh = build()
+            mesh = np.concatenate([build(), np.zeros((0, 8)) if kind == "none" else _stem()])
             assert len(mesh) <= vertices
             row[first : first + len(mesh)] = mesh
     return table
@@ -167,6 +167,15 @@ def _panicle() -> Mesh:
     left, right, high = low + 0.45 * reach - wide, low + 0.45 * reach + wide, low + reach
     grains = np.concatenate([np.stack([low, right, left], 2), np.stack([left, right, high], 2)]).reshape(-1, 3, 3)
     return np.concatenate([_facets(grains), _facets(np.concatenate(stems), stem=1.0)])
+
+
+def _stem() -> Mesh:
+    """Two quads down a blade, which the shader places."""
+    down = np.linspace(0.0, 1.0, 3)
+    left, right = (np.stack([np.full(3, side), down, np.zeros(3)], 1) for side in (-1.0, 1.0))
+    quads = [left[:-1], right[:-1], left[1:], left[1:], right[:-1], right[1:]]
+    corners = np.stack(quads, 1).reshape(-1, 3, 3)
+    return _facets(corners, heart=-1.0, out=np.broadcast_to([0.0, 0.0, 1.0], corners.shape), stem=1.0)
 
 
 def _ribbon(width: float, turn: float) -> Mesh:
