@@ -72,8 +72,9 @@ float speciesWeight(int index, vec3 at, vec3 facing) {
     return row.x * exp(5.0 * row.y * driftOn(at, facing, 4001u + 331u * uint(index)));
 }
 
-// Cover-weighted mean colour of the upper blades of the species that grow here, their transmittance in w
-vec4 speciesColour(vec2 xz, Sward s) {
+// Cover-weighted mean colour of the blades of the species that grow here, where they have so much of their tips' colour;
+// their transmittance in w
+vec4 speciesColour(vec2 xz, Sward s, float tips) {
     vec4 sum = vec4(0.0);
     float total = 1e-6;
     vec3 world = vec3(inWorld(xz), 0.0).xzy;
@@ -81,7 +82,7 @@ vec4 speciesColour(vec2 xz, Sward s) {
         vec4 size = species(i, SIZE), root = species(i, ROOT);
         float cover = speciesWeight(i, world, vec3(0.0, 1.0, 0.0)) * (size.x + size.y) * (size.z + size.w);
         float dry = mix(species(i, HABIT).z, species(i, HABIT).w, s.dryness);
-        vec3 green = mix(root.rgb, species(i, TIP).rgb, 0.9);
+        vec3 green = mix(root.rgb, species(i, TIP).rgb, tips);
         green = mix(green, species(i, HEAD).rgb, 0.5 * species(i, DRY).w);
         sum += cover * vec4(mix(green, species(i, DRY).rgb, dry), root.w);
         total += cover;
@@ -89,9 +90,9 @@ vec4 speciesColour(vec2 xz, Sward s) {
     return sum / total;
 }
 
-// The same where a colour is painted over it, over a footprint
+// What shows of a sward from afar, over a footprint: next to nothing but tips
 vec4 swardColour(vec2 xz, Sward s, float footprint_m) {
-    vec4 own = speciesColour(xz, s), map = paintedAt(xz, footprint_m);
+    vec4 own = speciesColour(xz, s, 0.98), map = paintedAt(xz, footprint_m);
     return vec4(mix(own.rgb, map.rgb, map.a), own.w);
 }
 

@@ -81,12 +81,12 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
 
     // seen from afar the ground is a wall of blades, each turned to the viewer as much as up
     vec3 toViewer = normalize(view.eye_ws.xyz - position_ws * view.eye_ws.w);
-    vec3 wall = normalize(0.8 * normalize(toViewer - normal * dot(toViewer, normal)) + 0.75 * normal);
+    vec3 wall = normalize(0.8 * normalize(toViewer - normal * dot(toViewer, normal)) + 0.69 * normal);
     vec3 shading = normalize(mix(normal, wall, turf * turf * max(thinned, beyond)));
     // under a sward little light arrives; from afar the ground stands for its tips
-    float open = mix(1.0, mix(0.3, 0.85, max(thinned * thinned, beyond)), grown * sward.grown);
+    float open = mix(1.0, mix(0.3, 0.97, max(thinned * thinned, beyond)), grown * sward.grown);
     vec3 hue = 1.0 + 0.16 * driftAt(world * 0.31, 6007u) * vec3(1.0, 0.1, -0.6);
-    result[0] = packColour(mix(bare, grass.rgb * mottled * hue, turf), sqrt(turf) * grass.w * 0.85);
+    result[0] = packColour(mix(bare, grass.rgb * mottled * hue, turf), sqrt(turf) * grass.w * 0.92);
     result[1] = packNormal(shading, open, 0.95);
     return true;
 }

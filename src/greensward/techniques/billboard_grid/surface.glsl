@@ -20,7 +20,7 @@ bool surfaceAt(ivec2 pixel, out Surface s, out float depth_m) {
     float away = distance(p_ws, view.camera_ws.xyz), far = smoothstep(8.0, 90.0, away), all = 1.0 / t.colour.a;
     float footprint = view.camera_pixel_m.x * away + view.camera_pixel_m.y;
     vec2 root = p_ws.xz - swayed(a.v1, a.v2, t.rest).xz;
-    vec4 own = speciesColour(root, Sward(1.0, 1.0, a.dryness)), map = paintedAt(root, footprint);
+    vec4 own = speciesColour(root, Sward(1.0, 1.0, a.dryness), 0.9), map = paintedAt(root, footprint);
     // the drifts of the sward, which the billboards do not know; as elsewhere, contrast fades with distance
     vec3 texel = t.colour.rgb * all, drifted = texel * clamp(own.rgb / max(mean_material.rgb, vec3(1e-3)), 0.2, 12.0);
     // what is painted replaces the colour, and leaves to the billboards how light and dark alternate
