@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from greensward.gpu.view import VIEW_BLOCK
-from greensward.scene import SurfaceClass
+from greensward.scene import Scene, SurfaceClass
 from greensward.sowing.species import SWARD_BLOCK
 from greensward.techniques.blades.leaf import LEAF_BLOCK
 from oracles import culling
@@ -153,3 +153,37 @@ def test_a_small_step_of_the_camera_makes_no_blade_pop(device, height_m):
     for name in ("fade", "width"):
         part = drawn[name].reshape(rank.shape)
         assert (np.abs(np.diff(part, axis=1)).max(axis=1) <= 0.08 * part.max(axis=1)).all()
+
+
+_ENDS_M = 100.0
+
+
+def _far_field(reach_m: float, height_m: float, azimuth_deg: float, elevation_deg: float) -> Scene:
+    return Scene.model_validate(
+        {
+            "seed": 3,
+            "ground": {"kind": "flat", "size_m": [400, 400]},
+            "sowing": {"drift": 0.3, "density_per_m2": 500, "full_density_m": 5, "reach_m": reach_m},
+            "grass": [{"species": "meadow-grass"}, {"species": "fescue"}],
+            "wind": [],
+            "sun": {"azimuth_deg": azimuth_deg, "elevation_deg": elevation_deg},
+            "sky": {"clouds": 0},
+            "camera": {"position_m": [0, height_m, 0], "target_m": [0, 0, -14 * height_m], "fov_y_deg": 24},
+        }
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sun", [(0.0, 12.0), (180.0, 12.0), (0.0, 55.0), (180.0, 55.0)])
+@pytest.mark.parametrize("height_m", [1.7, 8.0])
+def test_ground_beyond_the_blades_has_their_colour_in_any_light(renderer, height_m, sun):
+    colours = []
+    for reach_m in (_ENDS_M, 3 * _ENDS_M):
+        drawn = renderer(_far_field(reach_m, height_m, *sun), size=(240, 240), samples=4)
+        frame = drawn.render(aovs=["class", "depth"])
+        away = frame.truth["depth"]
+        bands = [(away >= low * _ENDS_M) & (away < high * _ENDS_M) for low, high in ((0.9, 1.2), (1.2, 2.0))]
+        light = (frame.image / 255.0) ** 2.2
+        colours.append([light[band].mean(0)[:2] for band in bands])
+        drawn.release()
+    assert np.abs(np.array(colours[0]) / np.array(colours[1]) - 1.0).max() < 0.1

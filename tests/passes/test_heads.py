@@ -61,7 +61,12 @@ def test_heads_sit_at_the_tips(renderer):
 
 def test_heads_of_objects_sit_at_the_tips_at_any_distance(renderer):
     """The places of neighbours on an object are unknown, so a head there stands for others only by its size."""
-    grown = {"kind": "box", "position_m": [0.0, 0.0, -6.0], "size_m": [4.0, 0.5, 4.0], "grass": {"density_per_m2": 120.0}}
+    grown = {
+        "kind": "box",
+        "position_m": [0.0, 0.0, -6.0],
+        "size_m": [4.0, 0.5, 4.0],
+        "grass": {"density_per_m2": 120.0},
+    }
     scene = small_scene(grass=[_DAISY], object=[grown], sowing={"full_density_m": 3.0, "reach_m": 40.0})
     drawn = renderer(scene, size=(640, 360))
     frame = drawn.render(aovs=["class", "depth", "blade_id"])

@@ -333,7 +333,9 @@ def test_overrides_reach_keys_that_the_file_leaves_out(tmp_path):
     assert scene.object == (Box(kind="box", position_m=(0, 0, 0)),)
     assert scene.camera == Camera(position_m=(0, 9, 8))
     assert load(tmp_path, overrides={"seed": 3, "post.saturation": "0.5"}).seed == 3
-    begun = load(tmp_path, overrides=["simulation.form=yan2024", "growth.age=0.5", "water.level_m=-1", "mass.reference_kg=2"])
+    begun = load(
+        tmp_path, overrides=["simulation.form=yan2024", "growth.age=0.5", "water.level_m=-1", "mass.reference_kg=2"]
+    )
     assert begun.simulation.form == "yan2024"
     assert begun.growth.age == 0.5
     assert begun.water.level_m == -1
