@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from blades import blades_by_number, has_head, numbers_of
-from greensward.ground.noise import octaves
 from greensward.scene import SurfaceClass
 from oracles import terrain, tone
 from reprojection import world_points
@@ -19,7 +18,7 @@ def _flat(colour: tuple[int, ...]) -> np.ndarray:
 
 @pytest.mark.parametrize("alpha", [0, 102, 255])
 def test_terrain_map_over_soil_by_its_alpha(renderer, tmp_path, alpha):
-    """Equation 1 of Jahrmann & Wimmer 2013, and the drifts of shade over both."""
+    """Equation 1 of Jahrmann & Wimmer 2013, and nothing else: pictures have no drifts of shade."""
     soil, map_colour = (150, 90, 40), (40, 160, 70)
     scene = with_pictures(
         tmp_path,
@@ -33,16 +32,8 @@ def test_terrain_map_over_soil_by_its_alpha(renderer, tmp_path, alpha):
     plain = terrain.ground_colour(
         tone.linear(np.array(soil) / 255), tone.linear(np.array(map_colour) / 255), np.array(alpha / 255)
     )
-    height, width = albedo.shape[:2]
-    half_z = 3.0 * np.tan(np.radians(25))
-    x, z = np.meshgrid(
-        ((np.arange(width) + 0.5) / width * 2 - 1) * half_z * width / height,
-        ((np.arange(height) + 0.5) / height * 2 - 1) * half_z,
-    )
-    drift = 1 + 0.25 * octaves(1.7 * x / 12.0, 1.7 * z / 12.0, 5 + 5003, 3, 0.6, 2.7)
     # eight bits of a square root
-    assert np.abs(albedo - plain * drift[..., None]).max() < 0.01
-    assert np.ptp(drift) > 0.05
+    assert np.abs(albedo - plain).max() < 0.01
 
 
 @pytest.mark.parametrize("alpha", [0, 128])

@@ -1,4 +1,4 @@
-"""Shadows in pictures: blades do not shade themselves, soil in grass has no stripes, and what stands is shaded at its foot."""
+"""Shadows in pictures: blades do not shade themselves, soil in grass has no stripes, shadows of objects are sharp."""
 
 import numpy as np
 import pytest

@@ -237,13 +237,7 @@ _TOP = np.stack(
     -1,
 ).astype(np.uint8)
 _STEADY = {**BREEZE, "gustiness": 0.0, "turbulence": 0.0, "speed_mps": 6.0}
-_OF_COLOUR = {
-    **STIFF,
-    "root_colour": "#205010",
-    "tip_colour": "#a0803c",
-    "width_m": [0.1, 0.1],
-    "stiffness": [0.3, 0.3],
-}
+_OF_COLOUR = {**STIFF, "root_colour": "#205010", "tip_colour": "#a0803c", "width_m": [0.1, 0.1], "stiffness": [0.3, 0.3]}
 _PUBLISHED = {"carrier": True, "steps": 5, "early_exit": False, "irregularity": 0.0, "turn_deg": 0.0, "sway": "shear"}
 _WAYS = {
     "as published": _PUBLISHED,
@@ -335,9 +329,7 @@ def test_what_a_ray_gathers(renderer, tmp_path, way):
     cosines = (truth["normal"] * turned).sum(-1)
     upright = [k for k, ray in enumerate(seen) if len(ray.id) == 4]
     same = [truth["blade_id"][k] == blade_ids(BladeKind.TRACED, *seen[k].id) for k in upright]
-    print(
-        "T", way, near.mean(), np.quantile(off, 0.9), off.max(), np.quantile(cosines, 0.1), np.mean(same), len(same)
-    )
+    print("T", way, near.mean(), np.quantile(off, 0.9), off.max(), np.quantile(cosines, 0.1), np.mean(same), len(same))
     assert near.mean() > 0.94
     assert np.quantile(off, 0.9) < 0.01
     assert np.quantile(cosines, 0.1) > 0.999

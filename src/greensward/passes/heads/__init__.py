@@ -99,11 +99,7 @@ class Heads:
         device, heads, words = self._device, shown.heads, (_FAR + 1) * shown.heads.count
         self._listed = at_least(device, self._listed, (_FAR + 1) * heads.items * WORD)
         self._compaction.make_room(words)
-        chunked = {
-            "Chunks": self._world.visible.chunks.buffer,
-            "first_chunk": heads.first,
-            "chunk_count": heads.count,
-        }
+        chunked = {"Chunks": self._world.visible.chunks.buffer, "first_chunk": heads.first, "chunk_count": heads.count}
         values = dict(page.bindings)
         if page.sown is not None:
             values["Sown"] = page.sown
