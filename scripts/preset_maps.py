@@ -58,11 +58,20 @@ def blade() -> None:
     _save("blade-diffuse", colour * (veins * mottled)[..., None])
 
 
+def _awn(draw: ImageDraw.ImageDraw, start: tuple[float, float], end: tuple[float, float]) -> None:
+    """Draw an awn that leaves upwards, bends aside and tapers to a point."""
+    (x0, y0), (x1, y1), t = start, end, np.linspace(0.0, 1.0, 9)
+    x, y = x0 + (x1 - x0) * t**1.6, y0 + (y1 - y0) * t
+    half = SCALE * 0.8 * (1.0 - t) ** 0.5
+    outline = np.stack([np.concatenate([x - half, (x + half)[::-1]]), np.concatenate([y, y[::-1]])], 1)
+    draw.polygon([(float(px), float(py)) for px, py in outline], fill=255)
+
+
 def wheat() -> None:
-    """Paint a stalk with its ear: two rows of grains, and awns that stand off them."""
+    """Paint a stalk with its ear: two rows of grains with a third before them, and awns that end in points."""
     edge, middle = SCALE * ROWS, 0.5 * SCALE * COLUMNS
     stalk, draw = _canvas()
-    for row in range(int(0.24 * edge), edge):
+    for row in range(int(0.3 * edge), edge):
         half_width = (3.2 + 1.2 * (row / edge)) * SCALE
         draw.line((middle - half_width, row, middle + half_width, row), fill=255)
     grains, awns = Image.new("L", stalk.size, 0), Image.new("L", stalk.size, 0)
@@ -72,23 +81,22 @@ def wheat() -> None:
     random = np.random.default_rng(5)
     count = 13
     for k in range(count):
-        y = (0.25 - 0.135 * k / count) * edge
-        size = SCALE * (10.5 - 3.5 * abs(2 * k / count - 0.9))
+        y = (0.315 - 0.125 * k / count) * edge
+        size = SCALE * (10.0 - 5.0 * abs(2 * k / count - 0.9) ** 1.5)
         for side in (-1, 1, 0):
             x = middle + side * size * 0.95
-            tall = size * 1.5
+            tall = 1.5 * 9.5 * SCALE
             top = y - (0.5 if side == 0 else 0.0) * tall
             box = (x - 0.62 * size, top - tall, x + 0.62 * size, top + 0.8 * tall)
             on_grains.ellipse(box, fill=255)
             on_shade.ellipse(box, fill=int(118 + 70 * random.random()))
             on_shade.arc(box, 60, 130, fill=70, width=SCALE)
-            reach = edge * (0.105 + 0.03 * random.random())
-            end = x + side * SCALE * (15 + 8 * random.random()) + SCALE * 3 * random.normal()
-            on_awns.line(
-                (x, top - 0.6 * tall, end, max(y - reach - tall, SCALE)),
-                fill=255,
-                width=round(1.6 * SCALE),
-            )
+            if (k + side) % 2:
+                continue
+            # the lower ones end lower, and none at the edge of the picture
+            end_y = (0.012 + 0.045 * random.random() + 0.3 * max(y / edge - 0.19, 0.0)) * edge
+            end_x = x + side * SCALE * (28 - 22 * k / count) + SCALE * 5 * random.normal()
+            _awn(on_awns, (x, top - 0.6 * tall), (float(np.clip(end_x, 3 * SCALE, (COLUMNS - 3) * SCALE)), end_y))
     alpha = np.maximum.reduce([_downsampled(part).astype(float) for part in (stalk, grains, awns)])
     _save("wheat-alpha", alpha)
     v = 1.0 - (np.arange(ROWS) + 0.5) / ROWS

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 import greensward as gs
+from greensward.ground import HeightField
 from greensward.scene.load import named_files
 from greensward.scene.wind import Wind
 from greensward.techniques import TECHNIQUES
+from greensward.techniques.tessellated_quads.pictures import blade_pictures
+from greensward.viewpoint import camera_view
 from small_scenes import COARSE_PX, DRONE, small_scene
 
 _PRESETS = (
@@ -131,3 +134,33 @@ def test_every_wind_moves_grass_with_every_technique(renderer, still_images, tec
 def test_every_kind_of_wind_is_tried():
     kinds = {model.model_fields["kind"].annotation.__args__[0] for model in Wind.__args__[0].__args__}
     assert kinds - {"texture"} == set(_KINDS)  # painted wind: tests/motion/test_winds.py
+
+
+def test_all_footprints_of_the_meadow_show(renderer):
+    """From heel to toes, and nothing stands before them: depth there is that of grass on the ground."""
+    scene = gs.load("jahrmann2013-meadow")
+    (stamp,) = scene.force
+    size, heights = (320, 180), HeightField.of(scene)
+    view = camera_view(scene.camera, heights, size)
+    sparse = scene.model_copy(update={"sowing": scene.sowing.model_copy(update={"density_per_m2": 0.0})})
+    depth = renderer(sparse, size=size).render(aovs=["depth"]).truth["depth"]
+    assert len(stamp.places) == 6
+    for x, z, turn_deg in stamp.places:
+        ahead = 0.45 * stamp.size_m[1] * np.array([np.sin(np.radians(turn_deg)), -np.cos(np.radians(turn_deg))])
+        for end in (-1, 0, 1):
+            at = np.array([x, z]) + end * ahead
+            point = np.array([at[0], heights.height(*at), at[1], 1.0])
+            clip = view.clip_from_world @ point
+            column, row = ((clip[:2] / clip[3] * (1, -1) * 0.5 + 0.5) * size).astype(int)
+            assert 0 <= column < size[0], (x, z)
+            assert 0 <= row < size[1], (x, z)
+            assert depth[row, column] == pytest.approx(clip[3], rel=0.03), (x, z)
+
+
+def test_awns_of_wheat_end_within_their_texture():
+    alpha = blade_pictures(gs.load("jahrmann2013-wheat"))[0, ..., 3].astype(int)  # first row at the root
+    assert alpha[-2:].max() == 0, "at the tip"
+    assert alpha[len(alpha) // 2 :, [0, -1]].max() == 0, "at the sides"
+    # points: fewer texels of each row are covered the nearer it is to the tip
+    covered = (alpha > 127).sum(axis=1)
+    assert covered[int(0.95 * len(alpha))] < 0.6 * covered[int(0.88 * len(alpha))]

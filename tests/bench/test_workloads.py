@@ -1,7 +1,5 @@
 """The workloads: what their sources say, in scenes that load."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -88,6 +86,22 @@ def test_table_1_quotes_the_paper():
     assert [(case.name, case.published) for case in ALL["jahrmann2013-table1"].cases] == expected
 
 
+@pytest.mark.parametrize("row", [each.strip() for each in _PUBLISHED.split(",")])
+def test_a_row_of_table_1_is_drawn_as_it_says(row):
+    """Its field, its effects, and what else is drawn; only what the row says differs from the preset."""
+    name, edge, *added, effects, _, _ = row.split()
+    label = ", ".join([f"{name} {edge}x{edge}", *added, f"effects {effects}"])
+    (case,) = (each for each in ALL["jahrmann2013-table1"].cases if each.name == label)
+    scene, usual = case.build(), load(f"jahrmann2013-{name.lower()}")
+    assert scene.ground.size_m == (float(edge), float(edge))
+    assert (scene.post.blur, scene.post.darkening) == (("average", 0.3) if effects == "on" else ("off", 0.0))
+    assert bool(scene.object) == ("objects" in added)
+    assert bool(scene.flowers) == ("flowers" in added)
+    for table in ("grass", "sowing", "technique", "wind", "force", "water", "sun"):
+        assert getattr(scene, table) == getattr(usual, table), table
+    assert scene.technique.model_extra.get("mode", "basic") == ("instanced" if name == "Instance" else "basic")
+
+
 @pytest.mark.parametrize("edge_m", [160, 320])
 def test_the_camera_stands_at_the_shore_of_an_oasis_of_any_size(edge_m):
     (scene,) = (
@@ -118,11 +132,23 @@ def test_the_hills_of_table_1_are_those_of_the_preset_at_every_size():
                     assert np.abs(HeightField.of(scene).height(x, z) - usual).max() < most_m, case.name
 
 
+def _roots(scene):
+    """How many roots a workload of the thesis sends."""
+    return round(scene.ground.size_m[0] ** 2 * scene.sowing.density_per_m2)
+
+
+def _no_other_level_of_detail(scene):
+    sowing = scene.sowing
+    return (sowing.drift, sowing.full_density_m, sowing.reach_m, scene.ground.beyond) == (0, 1000, 1000, "bare")
+
+
 def test_the_thesis_limit_has_its_roots():
+    """Section 3.1.4."""
     (case,) = ALL["tillman2013-limit"].cases
     scene = case.build()
     assert case.size == (1680, 1050)
-    assert math.isclose(scene.ground.size_m[0] ** 2 * scene.sowing.density_per_m2, 9_144_576)
+    assert _roots(scene) == 9_144_576
+    assert case.published == "vertex-buffer: 36.28 ms, texture-array: 58.69 ms"
     drawn = drawn_by("expanded-roots", case.scene("expanded-roots"), case.settings)
     settings = SETTINGS["expanded-roots"].model_validate(drawn.technique.model_extra)
     assert (settings.points[0] * 9_144_576, settings.extra_blades) == (64_012_032, 0)
@@ -130,26 +156,101 @@ def test_the_thesis_limit_has_its_roots():
 
 
 def test_the_thesis_makes_as_many_blades_of_fewer_roots():
-    roots = {"A": (139_800, 0), "B": (36_400, 3), "C": (15_500, 8)}
-    for case in ALL["tillman2013-extra-blades"].cases:
-        sent, extra = roots[case.name[0]]
+    """Tables 6 to 8: vertices sent, blades made of each, all blades."""
+    tables = {"A": (139_800, 0, 139_800), "B": (36_400, 3, 145_600), "C": (15_500, 8, 139_500)}
+    cases = ALL["tillman2013-extra-blades"].cases
+    assert [case.name[0] for case in cases] == list("ABCABC")
+    for case in cases:
+        sent, extra, made = tables[case.name[0]]
         own, others = (case.scene(name) for name in ("expanded-roots[storage=texture-array]", "visibility-buffer"))
-        for scene, count in ((own, sent), (others, sent * (1 + extra))):
-            assert math.isclose(scene.ground.size_m[0] ** 2 * scene.sowing.density_per_m2, count)
+        assert (_roots(own), _roots(others)) == (sent, made)
         assert own.ground.size_m == others.ground.size_m
-        assert drawn_by("expanded-roots", own, case.settings).technique.model_extra["extra_blades"] == extra
+        settings = drawn_by("expanded-roots", own, case.settings).technique.model_extra
+        assert (settings["extra_blades"], settings["levels_m"], case.size) == (extra, [8.0, 16.0, 32.0], (1680, 1050))
+        assert _no_other_level_of_detail(own)
+        assert bool(own.simulation) == case.name.endswith("simulated")
 
 
-def test_the_levels_of_the_thesis_double():
-    cases = {case.name: case.settings["levels_m"] for case in ALL["tillman2013-lod"].cases}
-    assert cases["low, set 1"] == [4.0, 8.0, 16.0]
-    assert cases["low, set 2"] == [16.0, 16.0, 16.0]
-    assert cases["ultra, set 1"] == [32.0, 64.0, 128.0]
+_LEVELS = {  # tables 2 to 5: levels of both sets, vertices sent
+    "low": ([4, 8, 16], [16, 16, 16], 50_700),
+    "normal": ([8, 16, 32], [32, 32, 32], 139_800),
+    "high": ([16, 32, 64], [64, 64, 64], 480_000),
+    "ultra": ([32, 64, 128], [128, 128, 128], 1_786_300),
+}
 
 
-def test_the_thesis_resolutions_span_one_pixel_to_2560x1600():
-    sizes = [case.size for case in ALL["tillman2013-resolution"].cases]
-    assert (sizes[0], sizes[-1]) == ((1, 1), (2560, 1600))
+def test_the_levels_of_the_thesis_are_those_of_its_tables():
+    cases = {case.name: case for case in ALL["tillman2013-lod"].cases}
+    assert len(cases) == 8
+    for name, (first, second, sent) in _LEVELS.items():
+        for number, levels in ((1, first), (2, second)):
+            case = cases[f"{name}, set {number}"]
+            assert (case.size, case.settings["levels_m"], case.settings["fade"]) == ((1680, 1050), levels, 0.0)
+            assert _roots(case.build()) == sent
+            assert _no_other_level_of_detail(case.build())
+
+
+def test_the_thesis_resolutions_are_drawn_with_the_values_of_its_table_1():
+    cases = ALL["tillman2013-resolution"].cases
+    assert [case.size for case in cases] == [
+        (1, 1),
+        (640, 480),
+        (800, 600),
+        (1024, 768),
+        (1280, 1024),
+        (1680, 1050),
+        (1920, 1080),
+        (1920, 1200),
+        (2560, 1600),
+    ]
+    for case in cases:
+        assert _roots(case.build()) == 139_800, "about 140,000"
+        assert case.settings == {"levels_m": [8.0, 16.0, 32.0], "fade": 0.0}
+    assert [case.published for case in cases] == [""] * 8 + ["texture-array: 1,224 frames per second on average"]
+
+
+def test_half_a_screen_takes_5_steps_through_three_grids():
+    """Habel, Wimmer & Jeschke 2007: half the screen, 5 iterations, 90 to 300 frames per second; cost is no matter of
+    the number of billboards, of which there are a tenth and ten times as many."""
+    cases = {case.name: case for case in ALL["habel2007-half-screen"].cases}
+    spacing = {"half the screen": 0.5, "0.1 times the billboards": 5.0, "10 times the billboards": 0.05}
+    assert set(cases) == set(spacing)
+    for name, case in cases.items():
+        assert case.settings == {"steps": 5, "spacing": pytest.approx(spacing[name])}
+        assert case.size == (1024, 768)
+    assert [case.published for case in cases.values()] == ["90 to 300 frames per second", "", ""]
+    camera = cases["half the screen"].build().camera
+    assert camera.position_m[1] == camera.target_m[1], "the horizon is in the middle"
+
+
+def test_workloads_of_our_own_have_the_sizes_that_their_names_say():
+    counts = {"10k": 10_000, "100k": 100_000, "1M": 1_000_000, "10M": 10_000_000, "30M": 30_000_000}
+    for case in ALL["blade-count"].cases:
+        assert _roots(case.build()) == counts[case.name]
+        assert _no_other_level_of_detail(case.build())
+    simulated = {case.name: case.build() for case in ALL["responsive-10m"].cases}
+    assert {name: _roots(scene) for name, scene in simulated.items()} == {
+        f"{name} simulated": counts[name] for name in ("100k", "1M", "10M")
+    }
+    for scene in simulated.values():
+        assert (scene.simulation.form, scene.simulation.within_m) == ("yan2024", 1000)
+        assert [wind.kind for wind in scene.wind] == ["strong"]
+    edges = {"hectare": 100.0, "square-km": 1000.0, "square-km, traced from 40 m": 1000.0}
+    for case in ALL["field-scale"].cases:
+        scene = case.build()
+        assert scene.ground.size_m == (edges[case.name],) * 2
+        assert (scene.sowing.density_per_m2, scene.sowing.stored_m) == (1000, 0)
+        assert scene.sowing.traced_m == (40 if "traced" in case.name else None)
+    flights = [(case.name, case.flight_mps, case.frames) for case in ALL["flight"].cases]
+    assert flights == [
+        (f"{name}, {speed:g} m/s", speed, 900)
+        for name in ("meadow", "yan2024-strong", "ryegrass")
+        for speed in (1.4, 8.0, 30.0)
+    ]
+    assert [(case.still, case.flight_mps, case.frames) for case in ALL["derstroff2024"].cases] == [
+        (True, 0.0, None),
+        (False, 8.0, 300),
+    ]
 
 
 def test_the_ablation_leaves_out_one_test_at_a_time():

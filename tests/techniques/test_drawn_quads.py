@@ -1,6 +1,7 @@
 """Tessellated quads as they are drawn: points, normals and colours of pixels against twins of the equations."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from greensward.scene import InputError, SurfaceClass
 from greensward.sowing.blade import BladeFlag
 from greensward.sowing.identity import BladeKind
 from greensward.sowing.pattern import pattern_of
+from greensward.techniques import SETTINGS
 from greensward.viewpoint import camera_view
 from oracles import quads, wind_kinds
 from small_scenes import GRASS, NOISE, small_scene, with_pictures
@@ -353,6 +355,46 @@ def test_the_size_on_the_screen_cuts_and_culls_as_equation_5_has_it(see):
     assert np.quantile(away, 0.85) < _CLOSE_M
 
 
+# Level of detail --------------------------------------------------------------------------------------------------
+
+
+def test_blades_lose_height_in_proportion_to_distance(see):
+    """Section 6.3: a linear function lowers them, with all of their offset."""
+    seen = see(_scene({"shrinking": 0.8}))
+    away = np.linalg.norm(seen.blades["root"] - seen.eye, axis=1)
+    lower = 1.0 - 0.8 * away / seen.scene.sowing.reach_m
+    twin = _stored(seen, tall=lower, bending=0.35 * lower)
+    off, spans, _ = _fit(seen, twin)
+    assert np.quantile(off, 0.85) < 1.5 * _CLOSE_M
+    assert np.median(spans[:, 1]) > 0.85
+    assert np.ptp(lower) > 0.4
+
+
+_ABOVE = {"position_m": [0.0, 14.0, 0.0], "target_m": [0.0, 0.0, -9.0], "fov_y_deg": 70.0}
+
+
+@pytest.mark.parametrize("mode", ["basic", "instanced"])
+def test_the_share_of_blades_left_out_is_in_proportion_to_distance(see, mode):
+    """Section 6.3: by a random value and the distance as a part of the greatest; from above, none is hidden."""
+    settings = {"mode": mode, "patch_m": 4.0, "min_width_px": 3.0, "edge_on": "turn", "bending_m": 0.1}
+    far = {"density_per_m2": 4.0, "reach_m": 30.0}
+    seen = {t: see(_scene({**settings, "thinning": t}, sowing=far, camera=_ABOVE)) for t in (0.0, 0.8)}
+    every, left = (each.ids for each in seen.values())
+    assert np.isin(left, every).mean() > 0.97
+    points = seen[0.0].points.reshape(-1, 3)
+    away = np.array(
+        [np.linalg.norm(points[seen[0.0].pixels(i)].mean(axis=0) - seen[0.0].eye) for i in every.tolist()]
+    )
+    stays = np.isin(every, left)
+    edges = np.quantile(away, [0.0, 0.25, 0.5, 0.75, 1.0])
+    for near, beyond in pairwise(edges):
+        ring = (away >= near) & (away < beyond)
+        share = 1.0 - 0.8 * away[ring].mean() / 30.0
+        # those that are left out next are narrow, and some of them are too narrow to show
+        assert share - 0.06 < stays[ring].mean() < 1.12 * share + 0.03, (near, beyond)
+    assert edges[-1] > 1.5 * edges[0]
+
+
 # Patches ----------------------------------------------------------------------------------------------------------
 
 _PATCHES = [
@@ -484,3 +526,71 @@ def test_instances_need_ground_and_grass_on_objects_grows_beside_them(see, groun
     points = seen.points.reshape(-1, 3)
     on_box = [points[seen.pixels(i)][:, 1].min() for i in seen.ids[kinds == BladeKind.OBJECT].tolist()]
     assert np.median(on_box) > 0.2, "on the box, which stands off the ground"
+
+
+# Settings ---------------------------------------------------------------------------------------------------------
+
+_EACH = {
+    "mode": ({"mode": "instanced"}, "blade_id"),
+    "patch_m": ({"patch_m": 2.0}, "blade_id"),
+    "densities": ({"densities": 1}, "considered"),
+    "variation": ({"variation": "sine"}, "depth"),
+    "level": ({"level": "length"}, "depth"),
+    "smoothness": ({"smoothness": 2}, "depth"),
+    "px_per_quad": ({"px_per_quad": 40.0}, "depth"),
+    "quads": ({"quads": "sown"}, "depth"),
+    "bending_m": ({"bending_m": 0.1}, "depth"),
+    "thinning": ({"thinning": 1.0}, "drawn"),
+    "shrinking": ({"shrinking": 1.0}, "depth"),
+    "shading": ({"shading": "sward"}, "albedo"),
+    "alpha": ({"alpha": "hashed"}, "class"),
+    "patch": ({"patch": [{"from_m": [-20.0, -20.0], "to_m": [20.0, 20.0], "density": 0.2}]}, "drawn"),
+    "min_width_px": ({"min_width_px": 8.0}, "class"),
+    "roundness": ({"roundness": 0.0}, "normal"),
+    "edge_on": ({"edge_on": "turn"}, "depth"),
+    "orientation_limit": ({"orientation_limit": 0.5}, "class"),
+}
+_WITH = {
+    "patch_m": {"mode": "instanced"},
+    "densities": {"mode": "instanced", "thinning": 1.0},
+    "variation": {"mode": "instanced", "patch_m": 4.0},
+    "px_per_quad": {"level": "length"},
+    "roundness": {"shading": "sward"},
+}
+
+
+def test_every_setting_is_looked_at():
+    assert set(_EACH) == set(SETTINGS["tessellated-quads"].model_fields)
+
+
+@pytest.mark.parametrize("name", _EACH)
+def test_a_setting_changes_what_it_is_for(renderer, tmp_path, name):
+    """What else it does is in the tests above; ignored, it would leave all as it was."""
+    changed, what = _EACH[name]
+    soft = {"soft.png": np.tile(np.linspace(255, 30, 16, dtype=np.uint8)[:, None, None], (1, 16, 4))}
+    grass = [{**_WIDE, "alpha_texture": "soft.png"}] if name == "alpha" else [_WIDE]
+    found = []
+    for settings in ({}, changed):
+        tables = lambda **given: with_pictures(tmp_path, soft, **given)  # noqa: E731
+        scene = _scene({**_WITH.get(name, {}), **settings}, tables, grass=grass)
+        frame = renderer(scene, size=(160, 90)).render(aovs=["depth", "blade_id", "normal", "albedo", "class"])
+        found.append(getattr(frame.counts, what) if what in ("drawn", "considered") else frame.truth[what])
+    if what in ("drawn", "considered"):
+        assert abs(found[0] - found[1]) > 0.1 * found[0]
+    else:
+        seen, other = (np.where(np.isfinite(each), each, 1e3).astype(float) for each in found)
+        differ = np.abs(seen - other) > 1e-3
+        assert differ.mean() > 0.01
+
+
+_HERE = {"from_m": [-20.0, -20.0], "to_m": [20.0, 20.0]}
+
+
+def test_a_patch_has_width_and_height_of_its_own_range(see):
+    """Equation 2 with the ranges of its table."""
+    seen = see(_scene({"patch_m": 4.0, "patch": [{**_HERE, "width_m": [0.1, 0.15], "height_m": [0.2, 0.3]}]}))
+    own = seen.scene.grass[0].model_copy(update={"width_m": (0.1, 0.15), "height_m": (0.2, 0.3)})
+    seen.scene = seen.scene.model_copy(update={"grass": (own,)})
+    away, spans, _ = _fit(seen, _stored(seen))
+    assert np.quantile(away, 0.85) < _CLOSE_M
+    assert np.median(spans, axis=0).min() > 0.8

@@ -15,6 +15,7 @@ LIGHT_BLOCK = block(
     ("sun_here", "vec4"),  # irradiance at the ground, facing the sun
     ("shadow_from_world", "mat4", 4),
     ("shadow_texel_m", "vec4"),
+    ("caster_m", "float"),  # half the width of what casts the shadow of a broad blade
     ("haze", "float"),
     ("clouds", "float"),
     ("sky_strength", "float"),
@@ -51,6 +52,7 @@ def light_values(scene: Scene) -> dict[str, object]:
         "to_sun": (*to_sun(scene), 0.0),
         "sun_outside": (*(_SUN * sun.strength), 0.0),
         "sun_here": (*sun_at_ground(scene), 0.0),
+        "caster_m": _caster_m(scene),
         "haze": sky.haze,
         "clouds": sky.clouds,
         "sky_strength": sky.strength,
@@ -67,6 +69,12 @@ def light_values(scene: Scene) -> dict[str, object]:
         "phong": (phong.ambient, phong.diffuse, phong.specular, phong.shininess),
         "extinction": phong.extinction,
     }
+
+
+def _caster_m(scene: Scene) -> float:
+    """Half the width at which the broadest blade is drawn in the first shadow map, at most 4 cm."""
+    broadest = max((each.width_m[1] for each in scene.grass), default=0.0)
+    return min(0.5 * broadest / max(scene.shadows.density, 0.1), 0.04)
 
 
 def sun_at_ground(scene: Scene) -> npt.NDArray[np.float64]:

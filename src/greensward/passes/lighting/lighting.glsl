@@ -21,19 +21,32 @@ float tap(int cascade, vec3 at) {
     }
 }
 
+const int TAPS = 6;
+const float SPREAD = 1.8, UNDER_GRASS = 7.0;  // texels
+
 // Interleaved gradient noise (Jimenez 2014), another pattern each sample
 float ditherAt(ivec2 pixel) {
     vec2 p = vec2(pixel) + 5.588238 * float(light.sample_index & 63);
     return fract(52.9829189 * fract(dot(p, vec2(0.06711056, 0.00583715))));
 }
 
+// How far a blade is lifted towards the sun, in metres: what casts its shadow is wider than itself, and may be turned to the sun;
+// and its taps lie beside it, where its plane is the farther the more it is turned from the sun. Never out of the sward.
+float ownShadow(vec3 normal, float texel) {
+    float along = abs(dot(normal, light.to_sun.xyz));
+    return light.caster_m + min(SPREAD * texel * min(sqrt(1.0 - along * along) / max(along, 1e-3), 6.0), 0.25);
+}
+
 // Sunlight that arrives, from cascaded shadow maps by percentage-closer filtering (Reeves, Salesin & Cook 1987) over a disk of
-// texels turned per pixel. On a surface broader than the taps, the depth compared with follows its plane from tap to tap (Isidoro 2006, "Shadow Mapping: GPU-based
-// Tips and Techniques"), or a low sun would shade the ground with itself.
-float sunlit(vec3 p, vec3 normal, bool broad, float turn) {
+// texels turned per pixel, of a radius of `spread`. On a surface broader than the taps, the depth compared with follows its plane
+// from tap to tap (Isidoro 2006, "Shadow Mapping: GPU-based Tips and Techniques"), or a low sun would shade the ground with
+// itself.
+float sunlit(vec3 p, vec3 normal, uint kind, float spread, float turn) {
+    bool broad = kind == CLASS_GROUND || kind == CLASS_OBJECT;
+    vec3 sunny = dot(normal, light.to_sun.xyz) < 0.0 && !broad ? -normal : normal;
     for (int i = 0; i < light.cascades; i++) {
-        float texel = light.shadow_texel_m[i];
-        vec3 lifted = p + normal * texel * 0.6 + light.to_sun.xyz * texel * 0.5;
+        float texel = light.shadow_texel_m[i], own = kind == CLASS_GRASS ? ownShadow(normal, texel) : 0.0;
+        vec3 lifted = p + sunny * texel * 0.6 + light.to_sun.xyz * (texel * 0.5 + own);
         vec3 at = (light.shadow_from_world[i] * vec4(lifted, 1.0)).xyz;
         vec2 fromEdge = min(at.xy, 1.0 - at.xy);
         if (min(fromEdge.x, fromEdge.y) < 0.01 || at.z > 1.0) continue;
@@ -48,13 +61,14 @@ float sunlit(vec3 p, vec3 normal, bool broad, float turn) {
         }
         float sum = 0.0;
         float perTexel = 1.0 / float(textureSize(shadow_map0, 0).x);
-        for (int k = 0; k < 6; k++) {
-            float r = sqrt((float(k) + 0.5) / 6.0) * 1.8 * perTexel;
+        int taps = spread > SPREAD ? 2 * TAPS : TAPS;
+        for (int k = 0; k < taps; k++) {
+            float r = sqrt((float(k) + 0.5) / float(taps)) * spread * perTexel;
             float angle = 2.39996323 * float(k) + 6.2831853 * turn;
             vec2 aside = r * vec2(cos(angle), sin(angle));
             sum += tap(i, vec3(at.xy + aside, at.z + dot(slope, aside)));
         }
-        return sum / 6.0;
+        return sum / float(taps);
     }
     return 1.0;
 }
@@ -95,7 +109,9 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     // far turf is shaded as a wall of blades, but lies as the ground does
     bool on_ground = classAt(pixel) == CLASS_GROUND;
     vec3 lie = on_ground ? groundNormal(p.xz) : n;
-    float lit = sunlit(p, lie, on_ground || classAt(pixel) == CLASS_OBJECT, ditherAt(pixel));
+    // of single blades the map tells too coarsely what reaches the ground among them: stripes, where it should be nearly even
+    float spread = on_ground ? mix(UNDER_GRASS, SPREAD, smoothstep(0.3, 1.0, open)) : SPREAD;
+    float lit = sunlit(p, lie, classAt(pixel), spread, ditherAt(pixel));
     if (on_ground) lit *= smoothstep(-0.04, 0.2, dot(lie, toSun));
 #ifdef PHONG
     float left = open < 1.0 ? ambientLeft(leafAreaAt(p.xz), depthBelowTips(open)) : 1.0;

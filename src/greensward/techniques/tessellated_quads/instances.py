@@ -46,7 +46,7 @@ class Instances:
         """Farthest that anything of a blade is from its root."""
         self._device, self._world, self._settings = device, world, settings
         scene = world.scene
-        grows = bool(scene.grass)
+        grows = bool(scene.grass) and world.ground.heights.exists
         density_per_m2 = scene.sowing.density_per_m2 * settings.most_density
         self.stored = int(np.ceil(density_per_m2 * settings.patch_m**2)) if grows else 0
         limit = min(device.limits.storage_block_bytes // PATTERN_ROOT.dtype.itemsize, MOST_OF_A_PATCH)
