@@ -366,8 +366,8 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
         share = shareAt(p_ws, a);
         if (t.depth_m == NOWHERE_M) bendUnderForces(a, p_ws);
 #ifdef MIDDLE_PLANE
-        #ifdef CARRIER
-        float middle = 0.5 * layer_m;
+#ifdef CARRIER
+        float middle = 0.5 * tall_m * a.height * share.y;
 #else
         float middle = 0.5 * a.v2.y * share.y;
 #endif
