@@ -40,6 +40,8 @@ def first_met(
 
 
 ALONG_X, ALONG_Z, FROM_ABOVE, CLOSING = range(4)
+FILLED = 0.35
+"""How much what fills the rest shows blades apart."""
 
 
 def picture(pixels: npt.NDArray[np.uint8]) -> Floats:
@@ -136,11 +138,11 @@ class Ray:
         if len(self.id) == 4 and self.id[0] >= CLOSING:
             words = np.array([[blade & 0xFFFFFFFF, blade >> 32, self.seed]], np.uint64)
             tint, turn, tilt = hashing.unit(hashing.hashes(words))[0] - 0.5
-            colour = colour * (1.0 + 0.6 * tint * np.array([0.55, 0.38, 0.1]))
+            colour = colour * (1.0 + FILLED * tint * np.array([0.55, 0.38, 0.1]))
             back = -self.ray * [1.0, 0.0, 1.0] / np.hypot(self.ray[0], self.ray[2])
             up, around, tilt = np.array([0.0, 1.0, 0.0]), np.pi * turn, 2.1 * tilt
             own = np.cos(tilt) * (np.cos(around) * back + np.sin(around) * np.cross(up, back)) + np.sin(tilt) * up
-            normal = 0.4 * normal + 0.6 * own
+            normal = (1.0 - FILLED) * normal + FILLED * own
         return colour, np.asarray(normal / np.linalg.norm(normal))
 
     def _planes(self, entry: float, ground: float) -> list[tuple[float, int, int]]:

@@ -33,7 +33,7 @@ uniform float previous_time_s;
 
 const float STEEPEST = 0.5;  // normal's y on a slope of 60 degrees, beyond which a grid of upright billboards falls apart
 const float SHARPER = 1.5;  // levels of detail, as jittered samples average what is left
-const float FILLED = 0.6;     // how much what fills the rest shows blades apart, whose picture is a mean of many slabs
+const float FILLED = 0.35;   // how much what fills the rest shows blades apart, whose picture is a mean of many slabs
 const int FARTHER = 6;       // times as many steps for rays that need not end in the grass
 const float NOWHERE_M = 1e9;
 // Of what grass hides from above, how much the lowest plane does
