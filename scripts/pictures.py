@@ -572,7 +572,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "derstroff.webp": (derstroff, (960, 540), 8),
     "football.jpg": (football, (1280, 720), 16),
     "instant-grass.jpg": (instant_grass, (1280, 720), 16),
-    "instant-grass-published.jpg": (instant_grass_published, (960, 540), 8),
+    "instant-grass-published.webp": (instant_grass_published, (640, 360), 8),
     "far-level.jpg": (far_level, (1120, 315), 16),
     "growth.jpg": (growth, (400, 300), 16),
     "colours.webp": (colours, (336, 210), 16),
