@@ -235,7 +235,11 @@ class Simulation(Model):
     """Weight of the pull towards `gravity_centre_m`: at 1 gravity pulls towards it, at 0 straight down."""
     forward: Number = Field(default=0.25, ge=0, le=10)
     """Fraction of gravity that pulls a blade towards its front (both papers)."""
-    recovery_hz: Number = Field(default=30.0, gt=0, le=10_000)
-    """Rate of recovery of the stiffest blade per second, in the form `yan2024`."""
+    recovery_hz: Annotated[Number, Field(gt=0, le=10_000)] | None = None
+    """Rate of recovery of the stiffest blade per second, in the papers' forms. If left out, 45 in `yan2024` and 15 in
+    `jahrmann2017`."""
+    reference_m: Number = Field(default=1.0, ge=0, le=100)
+    """Height of the blades that the papers' constants are for: what gravity and winds do to others is multiplied by their
+    height over it, so that grass of any size stands. 0 leaves them as published, the same for all sizes."""
     rise_s: Number = Field(default=2.0, gt=0, le=1e6)
     """Time after which a pressed blade of full stiffness rises freely; softer ones take up to ten times as long."""
