@@ -434,6 +434,10 @@ def instant_grass(size: Size, samples: int) -> Picture:
     return draw(gs.load("habel2007"), size, samples, 2.0).image
 
 
+def instant_grass_published(size: Size, samples: int) -> Picture:
+    return draw(gs.load("habel2007-published"), size, samples, 2.0).image
+
+
 def far_level(size: Size, samples: int) -> Picture:
     """Draw the middle of the meadow with blades at all distances, and with ray-marched billboards from 40 m on."""
     pictures = []
@@ -568,6 +572,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "derstroff.webp": (derstroff, (960, 540), 8),
     "football.jpg": (football, (1280, 720), 16),
     "instant-grass.jpg": (instant_grass, (1280, 720), 16),
+    "instant-grass-published.webp": (instant_grass_published, (640, 360), 8),
     "far-level.jpg": (far_level, (1120, 315), 16),
     "growth.jpg": (growth, (400, 300), 16),
     "colours.webp": (colours, (336, 210), 16),

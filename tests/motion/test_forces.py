@@ -60,7 +60,8 @@ def test_gravity_pulls_down_to_a_centre_or_between(device, some):
 def test_recovery(device, some):
     got = _call(device, some, "bend", "recovery2024(bend)", "float", recovery_hz=40.0)
     assert np.allclose(got, some.bend * 40.0, rtol=1e-6)
-    assert np.allclose(_call(device, some, "bend", "recovery2017(bend)", "float"), 1 - 0.25 * some.bend)
+    got = _call(device, some, "bend", "recovery2017(bend)", "float", recovery_hz=3.0)
+    assert np.allclose(got, 3.0 - 0.75 * some.bend, rtol=1e-6)
     assert np.allclose(_call(device, some, "bend", "freedom(bend)", "float"), np.maximum(1 - some.bend, 0.1))
 
 

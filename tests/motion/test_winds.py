@@ -93,6 +93,16 @@ def test_a_wind_is_its_formula(device, kind, time_s):
         assert np.abs(expected).max() > 0.5
 
 
+@pytest.mark.parametrize("time_s", [0.0, 2.7, 100.0])
+def test_the_helicopter_as_published(device, time_s):
+    p = _points()
+    wind = {**_HELICOPTER, "published": True, "power_mps": 1.5, "interval_m": 20.0}
+    names = ("centre_m", "radius_m", "period_s", "power_mps", "speed_mps", "interval_m", "steadiness")
+    expected = wind_kinds.helicopter_as_published(p.astype(np.float64), time_s, *_without_kind(wind, *names))
+    assert np.abs(_air(device, [wind], p, time_s) - expected).max() < 5e-3 * (1 + 0.02 * time_s)
+    assert np.abs(expected).max() > 15.0
+
+
 def test_ripples_are_as_published_along_the_axes(device):
     """With the formula's own constants c1 = 0.5, c2 = 0.25, c3 = 0.125, eps = 0.1 and t = 0.8 at 1 s."""
     wind = {"kind": "ripples", "speed_mps": 1.0, "wave_m": 4.0, "swell_m": 16.0, "front_m": 4.0, "epsilon": 0.1}

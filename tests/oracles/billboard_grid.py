@@ -40,6 +40,8 @@ def first_met(
 
 
 ALONG_X, ALONG_Z, FROM_ABOVE, CLOSING = range(4)
+FILLED = 0.35
+"""How much what fills the rest shows blades apart."""
 
 
 def picture(pixels: npt.NDArray[np.uint8]) -> Floats:
@@ -72,7 +74,8 @@ class Ray:
     """One ray, in depths, through a grid on level ground (Habel, Wimmer & Jeschke 2007): what a pixel shows.
 
     `side` and `top` are `picture`s, `mean` the grass's mean colour, `v1` and `v2` the control point and tip of a
-    blade that leans as all do. Ids are (kind, plane, copy along it, number of the texel's column from 1), of upright ones only.
+    blade that leans as all do. Ids are (kind, plane, copy along it, number of the texel's column from 1), of
+    upright ones only.
     """
 
     eye: Floats
@@ -129,6 +132,19 @@ class Ray:
             planes, before = [each for i, each in enumerate(planes) if i not in gone], at
         return self
 
+    def shown(self, blade: int) -> tuple[Floats, Floats]:
+        """Colour but for a factor, and unit normal, of a blade's id: what fills the rest shows blades apart."""
+        colour, normal = self.colour[:3] / self.colour[3], self.normal / np.linalg.norm(self.normal)
+        if len(self.id) == 4 and self.id[0] >= CLOSING:
+            words = np.array([[blade & 0xFFFFFFFF, blade >> 32, self.seed]], np.uint64)
+            tint, turn, tilt = hashing.unit(hashing.hashes(words))[0] - 0.5
+            colour = colour * (1.0 + FILLED * tint * np.array([0.55, 0.38, 0.1]))
+            back = -self.ray * [1.0, 0.0, 1.0] / np.hypot(self.ray[0], self.ray[2])
+            up, around, tilt = np.array([0.0, 1.0, 0.0]), np.pi * turn, 2.1 * tilt
+            own = np.cos(tilt) * (np.cos(around) * back + np.sin(around) * np.cross(up, back)) + np.sin(tilt) * up
+            normal = (1.0 - FILLED) * normal + FILLED * own
+        return colour, np.asarray(normal / np.linalg.norm(normal))
+
     def _planes(self, entry: float, ground: float) -> list[tuple[float, int, int]]:
         found = []
         for axis in (0, 1):
@@ -143,7 +159,10 @@ class Ray:
         through = 1.0 - self.colour[3]
         self.colour = self.colour + through * colour
         self.normal = self.normal + through * colour[3] * normal
+<<<<<<< HEAD
         self.events = [*getattr(self, "events", []), (depth, round(float(self.colour[3]), 3))]
+=======
+>>>>>>> grid
         if self.depth == np.inf and self.colour[3] > self.opacity:
             self.depth, self.id = depth, name
 
@@ -189,7 +208,10 @@ class Ray:
         column = int(np.floor(u % 1.0 * self.side.shape[1]))
         number = column * 128 // self.side.shape[1] + 1
         kind = (ALONG_Z if axis == 0 else ALONG_X) + (CLOSING if closing else 0)
-        self._over(colour, np.array([across[0], 0.0, across[1]]), depth, (kind, plane, int(np.floor(u)), number))
+        normal = np.array([across[0], 0.0, across[1]])
+        if closing and self.fill == "colour":
+            normal = 0.8 * normal + [0.0, 0.6, 0.0]
+        self._over(colour, normal, depth, (kind, plane, int(np.floor(u)), number))
 
     def _level(self, before: float, at: float, middle_m: float) -> None:
         depth = (self.eye[1] - middle_m) / -self.ray[1]

@@ -22,6 +22,16 @@ def strong(p: np.ndarray, t: float, direction_deg, power, speed, interval, stead
     return (power * ((1 - steadiness) * wave + steadiness))[:, None] * d
 
 
+def helicopter_as_published(p: np.ndarray, t: float, centre, radius, period, power, speed, interval, steadiness):
+    """Yan et al. 2024: direction normalize(-1, 0, 1) + v0 from the circling centre, times the wave along it."""
+    angle = 2 * np.pi * t / period
+    v0 = p - [centre[0] + radius * np.cos(angle), 0.0, centre[1] + radius * np.sin(angle)]
+    v0[:, 1] = 0.0
+    direction = np.array([-1.0, 0.0, 1.0]) / np.sqrt(2) + v0
+    wave = np.cos(((v0 * direction).sum(1) - speed * t) / interval)
+    return (power * ((1 - steadiness) * wave + steadiness))[:, None] * direction
+
+
 def helicopter(
     p: np.ndarray, t: float, centre, radius, period, rotor, power, speed, interval, steadiness
 ) -> np.ndarray:

@@ -45,7 +45,7 @@ def _rays(drawn, camera, size):
 
 @pytest.mark.parametrize("stage", ["fragment", "compute"])
 @pytest.mark.parametrize(
-    "technique", ["visibility-buffer", "bezier-blades", "tessellated-quads", "geometry-billboards"]
+    "technique", ["visibility-buffer", "bezier-blades", "tessellated-quads", "geometry-billboards", "billboard-grid"]
 )
 def test_its_surface_is_a_plane(renderer, scene, stage, technique):
     made = scene({"ripple": 0.4}, technique={"name": technique}, grass=[GRASS])
@@ -110,7 +110,7 @@ def _greens(frame):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "technique", ["visibility-buffer", "bezier-blades", "tessellated-quads", "geometry-billboards"]
+    "technique", ["visibility-buffer", "bezier-blades", "tessellated-quads", "geometry-billboards", "billboard-grid"]
 )
 def test_it_mirrors_the_low_detail_grass_only(renderer, tmp_path, technique):
     """Green in the density map, row A2: without it the grass still stands on the shore, and none in the water."""

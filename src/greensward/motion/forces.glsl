@@ -28,7 +28,7 @@ vec3 gravity2017(vec3 pull, vec3 front, float height, float bend) {
 // Rates of recovery, per second. Yan et al. 2024: r = (iv2 - v2) * stiffness
 float recovery2024(float stiffness) { return stiffness * motion.recovery_hz; }
 // Jahrmann & Wimmer 2017: (idle - v2) * (1 - 0.25 bend)
-float recovery2017(float bend) { return 1.0 - 0.25 * bend; }
+float recovery2017(float bend) { return motion.recovery_hz * (1.0 - 0.25 * bend); }
 // Jahrmann & Wimmer 2017: pressed blades recover by max(1 - collision, 0.1) of that
 float freedom(float pressed) { return max(1.0 - pressed, 0.1); }
 
@@ -38,11 +38,16 @@ vec3 windForce(Air air, vec3 tip, vec3 up, float height) {
     return (air.wind.xyz * (1.0 - abs(along)) + air.blast) * abs(dot(tip, up)) / height;
 }
 
+// The papers' forces are metres per second, whatever the size of a blade, and their constants suit blades of theirs. With lengths
+// in heights of a blade, v2' = g + r (idle - v2) + w keeps its form where g and w grow with the height, as idle does: then blades
+// of any size take the shape of one of the reference height. Gravity of 2017 grows so as published.
+float sizeOf(Blade b) { return motion.reference_m > 0.0 ? b.height / motion.reference_m : 1.0; }
+
 // Forces but for recovery: metres per second of the tip
 vec3 push(Blade b, Air air, vec3 tip, vec3 up, vec3 front, vec3 pull) {
-    vec3 wind = windForce(air, tip, up, b.height);
+    vec3 wind = sizeOf(b) * windForce(air, tip, up, b.height);
     float bend = 1.0 - b.stiffness;
-    return FORM == YAN_2024 ? gravity2024(pull, front) + wind
+    return FORM == YAN_2024 ? sizeOf(b) * gravity2024(pull, front) + wind
                                    : gravity2017(pull, front, b.height, bend) + wind * bend;
 }
 

@@ -22,6 +22,7 @@ MOTION_BLOCK = block(
     ("gravity_mps2", "float"),
     ("forward", "float"),
     ("recovery_hz", "float"),
+    ("reference_m", "float"),
     ("rise_s", "float"),
     ("step_s", "float"),
     ("within_m", "float"),
@@ -31,15 +32,18 @@ MOTION_BLOCK = block(
     ("mass_per_m2", "vec4", MOST_SPECIES // 4),
 )
 FORMS: tuple[str, ...] = get_args(Simulation.model_fields["form"].annotation)
+_RECOVERY_HZ = {"natural": 1.0, "yan2024": 45.0, "jahrmann2017": 15.0}
+"""With which the default grass stands; 1 is as published."""
 
 
 def motion_values(settings: Simulation | None, anchor_ws: npt.ArrayLike = (0.0, 0.0, 0.0)) -> dict[str, object]:
     """Members of the `Motion` block; the centre of gravity is counted from the anchor, (3,)."""
     settings = settings or Simulation()
-    names = ("gravity_mps2", "forward", "recovery_hz", "rise_s", "step_s", "within_m")
+    names = ("gravity_mps2", "forward", "reference_m", "rise_s", "step_s", "within_m")
     centre = settings.gravity_centre_m
     return {
         **{name: getattr(settings, name) for name in names},
+        "recovery_hz": settings.recovery_hz or _RECOVERY_HZ[settings.form],
         "centre": (*np.subtract(centre, anchor_ws), settings.gravity_towards) if centre else (0.0, 0.0, 0.0, 0.0),
         "form": FORMS.index(settings.form),
     }

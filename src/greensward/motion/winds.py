@@ -69,6 +69,7 @@ _GLSL: dict[type, tuple[str, str, tuple[tuple[str, str], ...]]] = {
             ("period_s", "float"),
             ("rotor_m", "float"),
             *_STRENGTH,
+            ("published", "float"),
         ),
     ),
     Random: ("RandomWind", "randomWind", (("power_mps", "float"), ("period_s", "float"))),
@@ -184,7 +185,7 @@ def _numbers(wind: Wind, heights: HeightField | None, first_picture: int, anchor
             return *where, wind.power_mps, wind.speed_mps, wind.interval_m, wind.steadiness, phase
         case Helicopter():
             circle = *np.subtract(wind.centre_m, (x, z)), wind.radius_m, wind.power_mps, wind.period_s, wind.rotor_m
-            return *circle, wind.speed_mps, wind.interval_m, wind.steadiness
+            return *circle, wind.speed_mps, wind.interval_m, wind.steadiness, float(wind.published)
         case Random():
             return wind.power_mps, wind.period_s
         case Waves():

@@ -73,6 +73,10 @@ class Helicopter(Model):
     """Distance over which the phase of the rings grows by one radian."""
     steadiness: Number = Field(default=0.5, ge=0, le=1)
     """0 blows out and in with the rings; from ½ on only outwards; 1 has no rings."""
+    published: Flag = False
+    """As in the report the direction is normalize(-1, 0, 1) plus the offset from the centre and keeps its length, so
+    the air is faster and its rings are closer the farther away they are, without bound. `power_mps` is then the speed
+    a metre away, `interval_m` counts square metres, and `rotor_m` only sizes the helicopter."""
     drawn: Flag = True
     """True if the helicopter itself is visible."""
 
@@ -235,7 +239,11 @@ class Simulation(Model):
     """Weight of the pull towards `gravity_centre_m`: at 1 gravity pulls towards it, at 0 straight down."""
     forward: Number = Field(default=0.25, ge=0, le=10)
     """Fraction of gravity that pulls a blade towards its front (both papers)."""
-    recovery_hz: Number = Field(default=30.0, gt=0, le=10_000)
-    """Rate of recovery of the stiffest blade per second, in the form `yan2024`."""
+    recovery_hz: Annotated[Number, Field(gt=0, le=10_000)] | None = None
+    """Rate of recovery of the stiffest blade per second, in the papers' forms. If left out, 45 in `yan2024` and 15 in
+    `jahrmann2017`."""
+    reference_m: Number = Field(default=1.0, ge=0, le=100)
+    """Height of the blades that the papers' constants are for: what gravity and winds do to others is multiplied by
+    their height over it, so that grass of any size stands. 0 leaves them as published, the same for all sizes."""
     rise_s: Number = Field(default=2.0, gt=0, le=1e6)
     """Time after which a pressed blade of full stiffness rises freely; softer ones take up to ten times as long."""

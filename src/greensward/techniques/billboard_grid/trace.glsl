@@ -33,7 +33,7 @@ uniform float previous_time_s;
 
 const float STEEPEST = 0.5;  // normal's y on a slope of 60 degrees, beyond which a grid of upright billboards falls apart
 const float SHARPER = 1.5;  // levels of detail, as jittered samples average what is left
-const float FILLED = 0.6;     // how much what fills the rest shows blades apart, whose picture is a mean of many slabs
+const float FILLED = 0.35;   // how much what fills the rest shows blades apart, whose picture is a mean of many slabs
 const int FARTHER = 6;       // times as many steps for rays that need not end in the grass
 const float NOWHERE_M = 1e9;
 // Of what grass hides from above, how much the lowest plane does
@@ -211,11 +211,11 @@ uvec3 bladeIn(usampler2DArray blades, vec2 uv, int layer, float lod) {
     return uvec3((max(found, 1u) - 1u) / 9u + 1u, move % 3u, move / 3u);
 }
 
-// What is left transparent, at a part of the height
-void fillUp(inout vec4 colour, inout vec4 shape, float rest) {
+// What is left transparent, at a part of the height, of an upright or a level plane
+void fillUp(inout vec4 colour, inout vec4 shape, float rest, bool upright) {
 #ifdef FILL_COLOUR
     colour = vec4(mean_material.rgb, 1.0);
-    shape = vec4(0.5, 0.8, 0.0, 0.6);  // as a wall of blades, turned to the viewer as much as up
+    shape = vec4(0.5, upright ? 0.8 : 0.5, 0.0, 0.6);  // as a wall of blades, turned to the viewer as much as up
 #else
     // what shows between tips is lit, between roots it is not
     colour.rgb += (1.0 - colour.a) * mix(0.5, 1.0, rest) * mean_material.rgb;
@@ -251,7 +251,7 @@ void meetSide(inout Traced t, Around a, bool alongX, int plane, vec2 place_m, fl
     float lod = log2(max(pixelAt(depth_m) * size.x / billboard_m * inversesqrt(max(slant, 0.06)), 1e-6)) - (closing ? SHARPER + 1.0 : SHARPER);
     vec4 colour = textureLod(side_colour, vec3(uv, layer), lod), shape = textureLod(side_shape, vec3(uv, layer), lod);
     if (closing) {
-        fillUp(colour, shape, rest);
+        fillUp(colour, shape, rest, true);
     } else if (colour.a < 0.004) {
         return;
     } else {
@@ -300,7 +300,7 @@ void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, float
     vec2 uv = in_billboard + (place_m - lean) / billboard_m, size = vec2(textureSize(top_colour, 0).xy);
     float lod = log2(max(pixelAt(depth_m) * size.x / billboard_m, 1e-6));
     vec4 colour = textureLod(top_colour, vec3(uv, 0.0), lod), shape = textureLod(top_shape, vec3(uv, 0.0), lod);
-    if (closing) fillUp(colour, shape, 0.0);
+    if (closing) fillUp(colour, shape, 0.0, false);
     if (colour.a < 0.004) return;
     shape /= max(colour.a, 1e-3);
     // what leans hides more of the ground: blades of the picture lean by about a third of their length themselves
@@ -366,8 +366,8 @@ float follow(inout Traced t, inout Around a, vec3 eye_rs, vec3 ray, float from, 
         share = shareAt(p_ws, a);
         if (t.depth_m == NOWHERE_M) bendUnderForces(a, p_ws);
 #ifdef MIDDLE_PLANE
-        #ifdef CARRIER
-        float middle = 0.5 * layer_m;
+#ifdef CARRIER
+        float middle = 0.5 * tall_m * a.height * share.y;
 #else
         float middle = 0.5 * a.v2.y * share.y;
 #endif
