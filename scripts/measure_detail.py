@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Measure what level of detail changes: cover and mean colour of an even field by distance, its heads, and its flicker.
+"""Measure what level of detail changes: cover and mean colour of an even field by distance, heads, and flicker.
 
 Each field is drawn with level of detail and, from the same seed, in full detail (`sowing.full_density_m` beyond its
 end), by several cameras beside each other. Pixels are grouped by the distance at which their ray meets the ground.
 Cover is the share of pixels that show a blade; colour is the mean of the image, decoded to linear light. Both are
 ratios to full detail, means over fields of five seeds; ± gives half of their range. In a field with heads, under a
-low and a high sun, the shares of pixels that show flowers and seed heads are compared too; its seed heads are blue, so
-that they can be told apart. Flicker is the mean absolute
-difference between consecutive frames, in 8-bit steps, of a camera that moves 2 mm to the side each frame.
+low and a high sun, the shares of pixels that show flowers and seed heads are compared too; its seed heads are blue,
+so that they can be told apart. Flicker is the mean absolute difference between consecutive frames, in 8-bit steps,
+of a camera that moves 2 mm to the side each frame.
 `scripts/measure_detail.py --table FILE…` turns saved results into the tables of docs/techniques.md.
 """
 
@@ -103,7 +103,7 @@ def bands(distance: Floats) -> dict[str, npt.NDArray[np.bool_]]:
 
 
 def cover_and_colour(scene: gs.Scene, size: tuple[int, int], samples: int) -> tuple[dict[str, Floats], int]:
-    """Return cover, linear red, green and blue, shares of flowers and of blue by band; and the number of blades drawn."""
+    """Return cover, linear red, green, blue, flowers and seed heads by band; and the number of blades drawn."""
     sums: dict[str, Floats] = {}
     with gs.Renderer(scene, size=size, samples=samples) as renderer:
         masks = bands(ground_distance_m(renderer))
@@ -131,7 +131,7 @@ def cover_and_colour(scene: gs.Scene, size: tuple[int, int], samples: int) -> tu
 def compare(
     camera: str, size: tuple[int, int], samples: int, sowing: Mapping[str, float], sun_deg: float | None = None
 ) -> list[dict[str, object]]:
-    """Return a row for each band: cover in full detail, and ratios to full detail; of heads too where a sun is given."""
+    """Return a row for each band: cover in full detail, and ratios to full detail; with a sun, of heads too."""
     ratios: list[dict[str, Floats]] = []
     columns = 4 if sun_deg is None else 6
     for seed in SEEDS:
@@ -197,7 +197,8 @@ def table(file: str) -> str:
         "",
         "With heads:",
         "",
-        "| camera | sun | distance, m | flowers in full detail | seed heads | flowers | seed heads | red | green | blue |",
+        "| camera | sun | distance, m | flowers in full detail | seed heads | flowers | seed heads | red | green "
+        "| blue |",
         "|---" * 10 + "|",
     ]
     for row in result.get("heads", []):

@@ -4,10 +4,10 @@
     PYTHONPATH=src python scripts/mutate.py -j 2 -o scripts/faults.json [--only WORDS] [--again]
 
 A rule chooses the faults: in each function that a source is cited for, one of each of two kinds of change; the
-channels of each picture that is read; each setting ignored; a number of each line of the benchmark's workloads. Each runs
-in a copy of the tree, first the tests that belong to its file, and where these pass the wider list. Results are kept
-as JSON: the fault, and the first test that failed, or a reason why none does. A fault that is in the file already
-is not run again unless asked.
+channels of each picture that is read; each setting ignored; a number of each line of the benchmark's workloads. Each
+runs in a copy of the tree, first the tests that belong to its file, and where these pass the wider list. Results are
+kept as JSON: the fault, and the first test that failed, or a reason why none does. A fault that is in the file
+already is not run again unless asked.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -89,7 +89,8 @@ SETTINGS = {
 """Classes whose keys are ignored one at a time; None for all of a file."""
 
 _CITES = re.compile(
-    r"[Ee]quations? \d|[Ss]ections? \d|[Ff]igure \d|Table \d|Listing \d|(?:&|[A-Z][a-z]+) \w*,? ?(?:19|20)\d\d|Derstroff|Jahrmann|Habel|Yan, Wu"
+    r"[Ee]quations? \d|[Ss]ections? \d|[Ff]igure \d|Table \d|Listing \d|(?:&|[A-Z][a-z]+) \w*,? ?(?:19|20)\d\d"
+    r"|Derstroff|Jahrmann|Habel|Yan, Wu"
 )
 _BEGINS = re.compile(r"^(?:layout.*\)\s*)?[A-Za-z_]\w* (\w+)\([^;]*\) \{")
 _NUMBER = re.compile(r"(?<![\w.])\d+\.\d+(?![\w.])")
@@ -247,10 +248,8 @@ def _settings(path: str, text: str, classes: tuple[str, ...] | None) -> Iterator
             if key.startswith("_") or key in ("kind", "name") or each.value is None:
                 continue
             first = fields[0].lineno - 1
-            planted = (
-                "    def model_post_init(self, _): "
-                f"object.__setattr__(self, {key!r}, type(self).model_fields[{key!r}].get_default(call_default_factory=True))"
-            )
+            default = f"type(self).model_fields[{key!r}].get_default(call_default_factory=True)"
+            planted = f"    def model_post_init(self, _): object.__setattr__(self, {key!r}, {default})"
             yield Fault("setting", path, f"{node.name}.{key}", first, lines[first], f"{planted}\n\n{lines[first]}")
 
 

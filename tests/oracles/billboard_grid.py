@@ -159,10 +159,6 @@ class Ray:
         through = 1.0 - self.colour[3]
         self.colour = self.colour + through * colour
         self.normal = self.normal + through * colour[3] * normal
-<<<<<<< HEAD
-        self.events = [*getattr(self, "events", []), (depth, round(float(self.colour[3]), 3))]
-=======
->>>>>>> grid
         if self.depth == np.inf and self.colour[3] > self.opacity:
             self.depth, self.id = depth, name
 

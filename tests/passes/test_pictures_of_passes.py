@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-<<<<<<< HEAD
 from greensward.ground.noise import octaves
-=======
-from blades import blades_by_number, has_head, numbers_of
->>>>>>> quads
 from greensward.scene import SurfaceClass
 from oracles import terrain, tone
 from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
@@ -21,11 +17,7 @@ def _flat(colour: tuple[int, ...]) -> np.ndarray:
 
 @pytest.mark.parametrize("alpha", [0, 102, 255])
 def test_terrain_map_over_soil_by_its_alpha(renderer, tmp_path, alpha):
-<<<<<<< HEAD
     """Equation 1 of Jahrmann & Wimmer 2013."""
-=======
-    """Equation 1 of Jahrmann & Wimmer 2013, and nothing else: pictures have no drifts of shade."""
->>>>>>> quads
     soil, map_colour = (150, 90, 40), (40, 160, 70)
     scene = with_pictures(
         tmp_path,
@@ -39,7 +31,6 @@ def test_terrain_map_over_soil_by_its_alpha(renderer, tmp_path, alpha):
     plain = terrain.ground_colour(
         tone.linear(np.array(soil) / 255), tone.linear(np.array(map_colour) / 255), np.array(alpha / 255)
     )
-<<<<<<< HEAD
     # eight bits of a square root; pictures show as they are
     assert np.abs(albedo - plain).max() < 0.01
 
@@ -57,10 +48,6 @@ def test_soil_without_a_picture_drifts_in_shade(renderer):
     )
     drift = 0.25 * octaves(1.7 * x / 12.0, 1.7 * z / 12.0, 5 + 5003, 3, 0.6, 2.7)
     assert np.corrcoef(drift.ravel(), albedo.mean(-1).ravel())[0, 1] > 0.5
-=======
-    # eight bits of a square root
-    assert np.abs(albedo - plain).max() < 0.01
->>>>>>> quads
 
 
 @pytest.mark.parametrize("alpha", [0, 128])

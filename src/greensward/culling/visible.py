@@ -89,7 +89,9 @@ class VisibleSet:
 
     def _heads(self, page: Page | UnstoredPage, at: Indices, view: View) -> ChunkRange:
         # none where a shadow map is too coarse to tell them from blades
-        if not isinstance(page, Page) or view.purpose == "shadow" and self._broadest_head_m <= 4.0 * view.pixel_m[1]:
+        if not isinstance(page, Page) or (
+            view.purpose == "shadow" and self._broadest_head_m <= 4.0 * view.pixel_m[1]
+        ):
             return ChunkRange(0, 0, 0)
         return self.chunks.add(page.tiles.head_start[at], page.tiles.heads[at])
 

@@ -29,7 +29,7 @@ class Fence(Model):
     rail_m: Pair[_Length] = default((0.09, 0.035))
     """Height and thickness of a rail."""
     weathered: Number = Field(default=0.3, ge=0, le=1)
-    """0 is straight and new; 1 leans, varies in size and colour, has lost some of its rails, and its wood is streaked."""
+    """0 is straight and new; 1 leans, varies in size and colour, is streaked, and has lost some of its rails."""
     colour: Colour = "#857766"
     """sRGB of the wood."""
     roughness: Number = Field(default=0.9, ge=0.05, le=1)

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import moderngl
 import numpy as np
 
-from greensward.culling import CHUNK, distance_defines
+from greensward.culling import distance_defines
 from greensward.culling.compaction import DRAW_COMMAND, Compaction
 from greensward.culling.visible import DrawList
 from greensward.gpu.buffers import at_least, release_all, zeros
@@ -83,7 +83,7 @@ class Heads:
                 )
 
     def _heads_each(self, view: View) -> list[int]:
-        """Find as how many heads one may have to be drawn at each level of detail: as many as where the level ends."""
+        """Find as how many heads one may be drawn at each level of detail: as many as where the level ends."""
         scene = self._world.scene
         sizes_px = np.array([*_LEVEL_PX, 1e-9])
         ends_m = (self._broadest_m / sizes_px - view.pixel_m[1]) / max(view.pixel_m[0], 1e-9)

@@ -2,7 +2,8 @@
 
 A vertex is position and heart, normal and stem: y runs along the head's axis from its base, lengths in units of the
 head's size. Heart and stem are parts of the colour, from 0 to 1; the rest is petal or seed. A heart of -1 tells the
-ribbon that joins the blade to its head: x is the side, y runs down it. Each level shows as much area as the finest, from the side and from above, or a field would change with distance.
+ribbon that joins the blade to its head: x is the side, y runs down it. Each level shows as much area as the finest,
+from the side and from above, or a field would change with distance.
 """
 
 from collections.abc import Callable
