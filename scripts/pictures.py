@@ -231,7 +231,7 @@ def strip(name: str, times_s: tuple[float, ...], size: Size, samples: int, **ove
 
 
 def balls(size: Size, samples: int) -> Picture:
-    return strip("jahrmann2017-balls", (2.0, 3.0, 4.0, 6.0), size, samples)
+    return strip("jahrmann2017-balls", (0.0, 1.0, 2.0, 4.0), size, samples)
 
 
 def helicopter(size: Size, samples: int) -> Picture:

@@ -58,6 +58,17 @@ def test_a_path_stops_repeats_or_returns():
     assert np.allclose(_positions({"after": "return", **straight}, times), _positions(straight, [3.5, 2.5, 1.0]))
 
 
+def test_paths_that_begin_before_the_first_picture():
+    """Each on its own, beside others that begin later."""
+    early = {**_KEYS, "times_s": [-50.0, -2.0, 3.0], "smooth": False}
+    placing = Placing([_ball(path={**_KEYS, "smooth": False}, name="late"), _ball(path=early)], _FLAT)
+    times = [-60.0, -26.0, 0.0, 3.0, 9.0]
+    got = np.array([placing.at(t)[1, :3, 3] for t in times])
+    assert np.allclose(got, [[0, 0, 0], [1, 0.5, 0], [2, 1, 2.4], [2, 1, 6], [2, 1, 6]])
+    assert np.allclose(placing.at(-26.0)[0, :3, 3], 0.0)
+    assert np.allclose(placing.at(1.5)[0, :3, 3], [1, 0.5, 0])
+
+
 def test_yaw_follows_its_keys():
     placing = Placing([_ball(path={**_KEYS, "yaws_deg": [0.0, 90.0, 90.0], "smooth": False})], _FLAT)
     assert np.allclose(placing.at(2.0)[0, :3, 0], [0, 0, -1], atol=1e-12)

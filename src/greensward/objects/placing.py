@@ -158,14 +158,13 @@ class Tracks:
         after = np.array([("stop", "repeat", "return").index(path.after) for path in paths], np.int64)
         self._repeats, self._returns = after == 1, after == 2
         # so that one search finds the segment of every path
-        self._shift = np.arange(len(paths)) * (float(self._times.max(initial=0.0)) + 1.0)
+        self._shift = np.arange(len(paths)) * (float(np.ptp(self._times)) + 1.0 if paths else 0.0)
         self._search = self._times + np.repeat(self._shift, counts)
 
     def within(self, time_s: float) -> Floats:
         """The time on each path, between its first and last key, that an instant means."""
         first, last = self._times[self._start], self._times[self._last]
-        since, span = max(time_s, 0.0) - first, last - first
-        since = np.maximum(since, 0.0)
+        since, span = np.maximum(time_s - first, 0.0), last - first
         again = np.where(self._returns, span - np.abs(span - since % (2.0 * span)), since % span)
         result: Floats = first + np.where(self._repeats | self._returns, again, np.minimum(since, span))
         return result

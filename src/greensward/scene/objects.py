@@ -22,7 +22,7 @@ from greensward.scene.base import (
 
 _Extent = Annotated[Number, Field(gt=0, le=10_000)]
 _Angle = Annotated[Number, Field(ge=-360_000, le=360_000)]
-_Time = Annotated[Number, Field(ge=0, le=1e6)]
+_Time = Annotated[Number, Field(ge=-1e6, le=1e6)]
 
 
 PLAIN_COLOUR = "#8a8378"
@@ -33,7 +33,7 @@ class Path(Model):
     """Path of an object: keys of time, position and turn."""
 
     times_s: Annotated[Many[_Time], Field(min_length=2, max_length=10_000)]
-    """Times of the keys, rising."""
+    """Times of the keys, rising. Before 0 an object moves while the simulation settles."""
     positions_m: Points
     """Centre of the object's base at each time; y is above the ground."""
     yaws_deg: Many[_Angle] = default(())
