@@ -4,9 +4,9 @@
 Each field is drawn with level of detail and, from the same seed, in full detail (`sowing.full_density_m` beyond its
 end), by several cameras beside each other. Pixels are grouped by the distance at which their ray meets the ground.
 Cover is the share of pixels that show a blade; colour is the mean of the image, decoded to linear light. Both are
-ratios to full detail, means over fields of five seeds; ± gives half of their range. In a field with heads, under a
-low and a high sun, the shares of pixels that show flowers and seed heads are compared too; its seed heads are blue,
-so that they can be told apart. Flicker is the mean absolute difference between consecutive frames, in 8-bit steps,
+ratios to full detail, means over fields of five seeds; ± gives half of their range. With the grass of the meadow,
+under a low and a high sun, the shares of pixels that show flowers and seed heads are compared too; its seed heads are
+blue, so that they can be told apart, and full detail is drawn at six times the size. Flicker is the mean absolute difference between consecutive frames, in 8-bit steps,
 of a camera that moves 2 mm to the side each frame.
 `scripts/measure_detail.py --table FILE…` turns saved results into the tables of docs/techniques.md.
 """
@@ -31,14 +31,9 @@ CAMERAS = {"1.7 m": (1.7, 0.5, 12.0), "0.6 m": (0.6, 0.3, 12.0), "6 m, down": (6
 """Height of the camera, height of its target, and horizontal distance between them, in metres."""
 SEEDS, ASIDE_M, PLACES = (1, 2, 3, 4, 5), 0.09, 4
 SUNS_DEG = (12.0, 58.0)
-WITH_HEADS: tuple[dict[str, object], ...] = (
-    {"species": "meadow-grass", "share": 0.5},
-    {"species": "ryegrass", "share": 0.3, "height_m": [0.06, 0.2]},
-    {"species": "bent", "share": 0.1, "head_colour": "#0000ff"},
-    {"species": "timothy", "share": 0.03, "head_colour": "#0000ff"},
-    {"species": "daisy", "share": 0.03},
-    {"species": "buttercup", "share": 0.02},
-)
+SEED_HEADS, BLUE = ("panicle", "spike"), "#0000ff"
+FINER = 6
+"""Times as many pixels across in full detail of a field with heads: where stems are widened to a pixel they hide many."""
 STEP_M, FRAMES = 0.002, 12
 TRACED_M = 25.0
 """Distance from which ray-marched billboards replace blades, in the cases that use them."""
@@ -56,9 +51,15 @@ def field(
     full_detail: bool = False,
     sun_deg: float | None = None,
 ) -> gs.Scene:
-    """Return a strip of even ground with the grass of the default scene; where a sun is given, with heads."""
+    """Return a strip of even ground with the grass of the default scene; where a sun is given, with that of the meadow."""
     height, target, ahead = CAMERAS[camera]
-    with_heads = {"grass": WITH_HEADS, "sun": {"elevation_deg": sun_deg}} if sun_deg is not None else {}
+    with_heads: dict[str, object] = {}
+    if sun_deg is not None:
+        grass = [
+            each.model_copy(update={"head_colour": BLUE}) if each.head in SEED_HEADS else each
+            for each in gs.load("meadow").grass
+        ]
+        with_heads = {"grass": [each.model_dump() for each in grass], "sun": {"elevation_deg": sun_deg}}
     return gs.Scene.model_validate(
         {
             **with_heads,
@@ -133,9 +134,11 @@ def compare(
 ) -> list[dict[str, object]]:
     """Return a row for each band: cover in full detail, and ratios to full detail; with a sun, of heads too."""
     ratios: list[dict[str, Floats]] = []
-    columns = 4 if sun_deg is None else 6
+    columns, finer = (4, 1) if sun_deg is None else (6, FINER)
     for seed in SEEDS:
-        full, _ = cover_and_colour(field(camera, sowing, seed, True, sun_deg), size, samples)
+        full, _ = cover_and_colour(
+            field(camera, sowing, seed, True, sun_deg), (finer * size[0], finer * size[1]), samples
+        )
         less, drawn = cover_and_colour(field(camera, sowing, seed, False, sun_deg), size, samples)
         ratios.append({name: less[name][:columns] / full[name][:columns] for name in full})
     rows: list[dict[str, object]] = []

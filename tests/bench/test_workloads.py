@@ -285,7 +285,7 @@ def test_settings_make_variants_of_a_technique():
 
 def test_a_variant_keeps_what_a_scene_says_of_its_technique():
     scene = drawn_by("expanded-roots[extra_blades=1]", load("tillman2013-vertex-buffer"), {})
-    assert scene.technique.model_extra["levels_m"] == [16.0, 32.0, 64.0]
+    assert scene.technique.model_extra["levels_m"] == [16.0, 32.0, 300.0]
     assert scene.technique.model_extra["extra_blades"] == 1
 
 

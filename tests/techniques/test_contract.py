@@ -500,7 +500,7 @@ def test_every_setting_changes_the_picture(renderer, technique):
     """By itself, with one of the choices that another setting has, or with few steps."""
     eye_m = 0.4 if technique in STORED else 0.9
     near = {"position_m": [0.0, eye_m, 2.0], "target_m": [0.0, 0.2, -3.0]}
-    tables = {"camera": near, "sowing": {"reach_m": 8.0}, "shadows": {"enabled": False}}
+    tables = {"camera": near, "sowing": {"reach_m": 8.0}, "shadows": {"enabled": False}, "wind": [BREEZE]}
     fields = SETTINGS[technique].model_fields
     choices = [
         {name: choice} for name, field in fields.items() if get_args(field.annotation) for choice in _values(field)
@@ -612,7 +612,7 @@ def test_fewer_blades_still_cast_much_of_the_shade(renderer, technique):
         shadows = {"size_px": 512, "cascades": 1, "nearest_m": 6.0, "density": density}
         mean[density] = renderer(_scene(technique, sun=low_sun, shadows=shadows)).render().image.mean()
     shade = mean[0.0] - mean[1.0]
-    assert shade > 2
+    assert shade > 1.5
     assert 0.45 * shade < mean[0.0] - mean[0.3] < 1.1 * shade
 
 
