@@ -43,7 +43,7 @@ def _blades(drawn):
 
 
 def _check(renderer, scene, steps, frames=12, worst=2e-3, at_once=1):
-    """So many steps at once from the first picture on: state, and the pose that is drawn. Returns how far tips moved."""
+    """State and drawn pose from the first picture on, so many steps at once. Returns how far tips moved."""
     drawn = renderer(scene)
     drawn.advance(0.0)
     b, known = _blades(drawn)

@@ -116,7 +116,7 @@ def test_it_shows_as_much_grass_as_blades_and_in_their_colours(renderer):
             packed = np.frombuffer(drawn._gbuffer.colour.read(), np.uint8).reshape(135, 240, 4)[::-1] / 255.0
             cover.append(grass.mean())
             colour.append((packed[grass, :3] ** 2).mean(axis=0))
-            assert cover[1] == pytest.approx(cover[0], abs=0.06), (height_m, down_deg)
+        assert cover[1] == pytest.approx(cover[0], abs=0.06), (height_m, down_deg)
         assert colour[1] == pytest.approx(colour[0], rel=0.08), (height_m, down_deg)
 
 
