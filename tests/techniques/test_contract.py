@@ -500,7 +500,7 @@ def test_every_setting_changes_the_picture(renderer, technique):
     """By itself, with one of the choices that another setting has, or with few steps."""
     eye_m = 0.4 if technique in STORED else 0.9
     near = {"position_m": [0.0, eye_m, 2.0], "target_m": [0.0, 0.2, -3.0]}
-    tables = {"camera": near, "sowing": {"reach_m": 8.0}, "shadows": {"enabled": False}}
+    tables = {"camera": near, "sowing": {"reach_m": 8.0}, "shadows": {"enabled": False}, "wind": [BREEZE]}
     fields = SETTINGS[technique].model_fields
     choices = [
         {name: choice} for name, field in fields.items() if get_args(field.annotation) for choice in _values(field)
