@@ -6,8 +6,8 @@ end), by several cameras beside each other. Pixels are grouped by the distance a
 Cover is the share of pixels that show a blade; colour is the mean of the image, decoded to linear light. Both are
 ratios to full detail, means over fields of five seeds; ± gives half of their range. With the grass of the meadow,
 under a low and a high sun, the shares of pixels that show flowers and seed heads are compared too; its seed heads are
-blue, so that they can be told apart, and full detail is drawn at six times the size. Flicker is the mean absolute difference between consecutive frames, in 8-bit steps,
-of a camera that moves 2 mm to the side each frame.
+blue, so that they can be told apart, and full detail is drawn at six times the size. Flicker is the mean absolute
+difference between consecutive frames, in 8-bit steps, of a camera that moves 2 mm to the side each frame.
 `scripts/measure_detail.py --table FILE…` turns saved results into the tables of docs/techniques.md.
 """
 
@@ -33,7 +33,7 @@ SEEDS, ASIDE_M, PLACES = (1, 2, 3, 4, 5), 0.09, 4
 SUNS_DEG = (12.0, 58.0)
 SEED_HEADS, BLUE = ("panicle", "spike"), "#0000ff"
 FINER = 6
-"""Times as many pixels across in full detail of a field with heads: where stems are widened to a pixel they hide many."""
+"""Times as many pixels across in full detail of a field with heads, as stems that are a pixel wide hide many."""
 STEP_M, FRAMES = 0.002, 12
 TRACED_M = 25.0
 """Distance from which ray-marched billboards replace blades, in the cases that use them."""
@@ -51,7 +51,7 @@ def field(
     full_detail: bool = False,
     sun_deg: float | None = None,
 ) -> gs.Scene:
-    """Return a strip of even ground with the grass of the default scene; where a sun is given, with that of the meadow."""
+    """Return a strip of even ground with the grass of the default scene; with a sun, that of the meadow."""
     height, target, ahead = CAMERAS[camera]
     with_heads: dict[str, object] = {}
     if sun_deg is not None:
