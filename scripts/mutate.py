@@ -290,19 +290,20 @@ def faults() -> list[Fault]:
     return list({each.name: each for each in result}.values())
 
 
-def _run(tree: Path, tests: tuple[str, ...]) -> tuple[str, str]:
-    """Id of the first test that fails, if any, and the end of what pytest says."""
+def _run(tree: Path, tests: tuple[str, ...], *more: str) -> str:
+    """Id of the first test that fails, if any."""
     there = [each for each in tests if (tree / each).exists()]
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", *there]
-    environment = {**os.environ, "PYTHONPATH": str(tree / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", *more, *there]
+    paths = [str(tree / "src"), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"}
     try:
         done = subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True, timeout=LIMIT_S)
     except subprocess.TimeoutExpired:
-        return "ran out of time", ""
+        return "ran out of time"
     failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)
     if done.returncode in (0, 5):
-        return "", done.stdout[-300:]
-    return (failed or [f"exit code {done.returncode}"])[0], done.stdout[-300:]
+        return ""
+    return (failed or [f"exit code {done.returncode}"])[0]
 
 
 def _tests_of(fault: Fault) -> tuple[str, ...]:
@@ -317,7 +318,7 @@ def _noticed(fault: Fault, tree: Path, wide: bool) -> str:
     lines[fault.line] = fault.after
     file.write_text("\n".join(lines) + "\n")
     try:
-        return _run(tree, _tests_of(fault))[0] or (_run(tree, WIDE)[0] if wide else "")
+        return _run(tree, _tests_of(fault)) or (_run(tree, WIDE) if wide else "")
     finally:
         file.write_text(original)
 
@@ -346,7 +347,7 @@ def main() -> None:
     ]
     if open_faults:
         sound = tuple(dict.fromkeys(test for each in open_faults for test in _tests_of(each)))
-        if failed := _run(ROOT, sound)[0]:
+        if failed := _run(ROOT, sound, "-n", str(arguments.jobs)):
             sys.exit(f"{failed} fails without a fault")
     trees: SimpleQueue[Path] = SimpleQueue()
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(arguments.jobs) as pool:
