@@ -33,7 +33,7 @@ MOTION_BLOCK = block(
 )
 FORMS: tuple[str, ...] = get_args(Simulation.model_fields["form"].annotation)
 _RECOVERY_HZ = {"natural": 1.0, "yan2024": 45.0, "jahrmann2017": 15.0}
-"""With which the default grass stands; 1 is as published."""
+"""Rates with which the default grass stands; 1 is as published."""
 
 
 def motion_values(settings: Simulation | None, anchor_ws: npt.ArrayLike = (0.0, 0.0, 0.0)) -> dict[str, object]:

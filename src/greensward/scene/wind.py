@@ -74,9 +74,9 @@ class Helicopter(Model):
     steadiness: Number = Field(default=0.5, ge=0, le=1)
     """0 blows out and in with the rings; from ½ on only outwards; 1 has no rings."""
     published: Flag = False
-    """As in the report the direction is normalize(-1, 0, 1) plus the offset from the centre and keeps its length, so
-    the air is faster and its rings are closer the farther away they are, without bound. `power_mps` is then the speed
-    a metre away, `interval_m` counts square metres, and `rotor_m` only sizes the helicopter."""
+    """True as in the report: the direction is normalize(-1, 0, 1) plus the offset from the centre and keeps its
+    length, so the air is faster and its rings are closer the farther away they are, without bound. `power_mps` is
+    then the speed a metre away, `interval_m` counts square metres, and `rotor_m` only sizes the helicopter."""
     drawn: Flag = True
     """True if the helicopter itself is visible."""
 

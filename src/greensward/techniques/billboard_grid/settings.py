@@ -17,9 +17,9 @@ class GridSettings(Model):
     turn_deg: Number = Field(27.0, ge=-90, le=90)
     """Angle that the grid is turned by, so that no path of the camera runs along its rows."""
     carrier: Flag = False
-    """As published, polygons carry the grid: the ground, raised to the height of the tips. Each ray meets `steps`
-    billboards below the polygon through which it comes, and is then filled. Hills have no silhouette of blades, and a
-    camera lower than the tips sees no grass."""
+    """True as published: polygons carry the grid, those of the ground, raised to the height of the tips. Each ray
+    meets `steps` billboards below the polygon through which it comes, and is then filled. Hills have no silhouette of
+    blades, and a camera lower than the tips sees no grass."""
     steps: Count = Field(40, ge=1, le=64)
     """Billboards that a ray meets at most. Where more stand before the ground, each of the second half of them stands
     for some, and what is left transparent at the last is filled."""
@@ -33,8 +33,8 @@ class GridSettings(Model):
     """A pixel shows grass from this opacity on, at the depth where it is reached; where blades are finer than a
     pixel, by chance, so that samples average."""
     sway: Literal["blade", "shear"] = "blade"
-    """How the wind moves billboards: along the curve of a bent blade, whose tip sinks, or, as published, sheared by
-    an offset that grows with height."""
+    """Motion of billboards in the wind: along the curve of a bent blade, whose tip sinks, or, as published, sheared
+    by an offset that grows with height."""
     layers: Count = Field(8, ge=1, le=64)
     """Number of different billboards; the grid takes them in random order."""
     billboard_m: Number = Field(1.0, gt=0, le=50)
