@@ -1,7 +1,7 @@
 """Plant faults into the techniques of three papers one at a time, and say which tests notice.
 
     PYTHONPATH=src python scripts/mutate.py --list
-    PYTHONPATH=src python scripts/mutate.py -j 2 -o scripts/faults.json [--only WORDS] [--again]
+    PYTHONPATH=src python scripts/mutate.py -j 2 -o scripts/faults.json [--only PATTERN] [--again]
 
 A rule chooses the faults: in each function that a source is cited for, one of each of two kinds of change; the
 channels of each picture that is read; each setting ignored; a number of each line of the benchmark's workloads. Each
@@ -34,11 +34,18 @@ SUFFIXES = {".glsl", ".comp", ".vert", ".frag", ".tesc", ".tese", ".geom"}
 EACH_FUNCTION = 2
 LIMIT_S = 900
 
-_QUADS = ("tests/techniques/test_tessellated_quads.py", "tests/techniques/test_drawn_quads.py")
+_QUADS = ("tests/techniques/test_drawn_quads.py", "tests/techniques/test_tessellated_quads.py")
 _GRID = ("tests/techniques/test_billboard_grid.py",)
 _BLADES = ("tests/techniques/test_blade_shapes.py", "tests/techniques/test_visibility_buffer.py")
-_MOTION = ("tests/motion", "tests/test_update.py")
+_EVERY_SETTING = "tests/techniques/test_contract.py::test_every_setting_changes_the_picture"
+_MOTION = ("tests/motion/test_papers_forms.py", "tests/motion", "tests/test_update.py")
+_PASSES = "tests/passes/test_pictures_of_passes.py"
+_LOOK = "tests/test_pictures.py"
+_TERRAIN = (_PASSES, _LOOK, "tests/passes/test_terrain.py", "tests/ground")
 TESTS: dict[str, tuple[str, ...]] = {
+    "techniques/tessellated_quads/settings.py": (f"{_EVERY_SETTING}[tessellated-quads]", *_QUADS),
+    "techniques/billboard_grid/settings.py": (f"{_EVERY_SETTING}[billboard-grid]", *_GRID),
+    "techniques/blades/leaf.py": (_EVERY_SETTING, *_BLADES),
     "techniques/tessellated_quads/": _QUADS,
     "techniques/billboard_grid/": _GRID,
     "techniques/bezier_blades/": (*_BLADES, "tests/techniques/test_contract.py"),
@@ -47,21 +54,17 @@ TESTS: dict[str, tuple[str, ...]] = {
     "culling/": ("tests/culling",),
     "shaders/bezier.glsl": ("tests/shaders", *_BLADES, "tests/motion"),
     "passes/blur/": ("tests/passes/test_blur.py",),
-    "passes/water/": ("tests/passes/test_water.py", "tests/passes/test_pictures_of_passes.py"),
+    "passes/water/": ("tests/passes/test_water.py", _PASSES, _LOOK),
     "passes/flowers/": ("tests/passes/test_flowers.py",),
-    "passes/terrain/": ("tests/passes/test_terrain.py", "tests/passes/test_pictures_of_passes.py"),
-    "passes/lighting/lighting.glsl": (
-        "tests/passes/test_light_functions.py",
-        "tests/passes/test_pictures_of_passes.py",
-    ),
-    "sowing/": ("tests/sowing", "tests/techniques/test_contract.py"),
-    "ground/": ("tests/ground", "tests/passes/test_terrain.py"),
+    "passes/terrain/": _TERRAIN,
+    "passes/lighting/lighting.glsl": ("tests/passes/test_light_functions.py", _LOOK, "tests/passes"),
+    "sowing/": (_LOOK, "tests/sowing", "tests/techniques/test_contract.py"),
+    "ground/": _TERRAIN,
     "bench/workloads.py": ("tests/bench/test_workloads.py",),
-    "scene/wind.py": ("tests/motion", "tests/scene"),
-    "scene/force.py": ("tests/motion",),
+    "scene/wind.py": ("tests/motion/test_winds.py", "tests/motion/test_papers_forms.py", "tests/motion"),
+    "scene/force.py": ("tests/motion/test_force_map.py", "tests/motion"),
     "scene/field.py": ("tests/sowing", "tests/culling", "tests/motion", "tests/test_renderer.py"),
     "scene/light.py": ("tests/passes",),
-    "scene/flowers.py": ("tests/passes/test_flowers.py",),
 }
 """Tests that belong to a file, by the beginning of its path below the package. Only these files are given faults."""
 
@@ -328,12 +331,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-j", dest="jobs", type=int, default=1, metavar="N", help="how many run at a time")
     parser.add_argument("-o", dest="output", type=Path, default=ROOT / "scripts/faults.json")
-    parser.add_argument("--only", default="", help="words that the fault's name holds")
+    parser.add_argument("--only", default="", help="regular expression that the name of a fault matches")
     parser.add_argument("--list", action="store_true", help="print the faults and run none")
     parser.add_argument("--again", action="store_true", help="run survivors of the file again")
     parser.add_argument("--narrow", action="store_true", help="only the tests that belong to the file")
     arguments = parser.parse_args()
-    chosen = [each for each in faults() if arguments.only in each.name]
+    chosen = [each for each in faults() if re.search(arguments.only, each.name)]
     if arguments.list:
         for each in chosen:
             print(f"{each.kind:9} {each.name}")

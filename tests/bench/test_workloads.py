@@ -253,6 +253,56 @@ def test_workloads_of_our_own_have_the_sizes_that_their_names_say():
     ]
 
 
+def test_workloads_of_our_own_are_measured_on_these_fields():
+    """Figures of one machine and another, or of one year and the next, are of the same fields."""
+    even = ALL["blade-count"].cases[0].build()
+    assert even.ground.size_m == (120.0, 120.0)
+    assert (even.camera.position_m, even.camera.target_m) == ((0, 1.7, 55), (0, 0.9, 0))
+    assert [case.quick for case in ALL["blade-count"].cases] == [True, True, True, False, False]
+    assert [case.quick for case in ALL["responsive-10m"].cases] == [True, False, False]
+    square = ALL["field-scale"].cases[0].build()
+    assert square.sowing.reach_m == 700
+    assert (square.camera.position_m, square.camera.target_m) == ((0, 1.7, 0), (0, 0.9, -55))
+    dense = ALL["flight"].cases[-1].build()
+    assert (dense.sowing.density_per_m2, [grass.species for grass in dense.grass]) == (8000, ["ryegrass"])
+    assert [case.quick for case in ALL["flight"].cases] == 6 * [True] + 3 * [False]
+    hills = ALL["ablation"].cases[0].build()
+    assert (hills.ground.size_m, hills.ground.height_m, hills.ground.wavelength_m) == ((120.0, 120.0), 8, 45)
+    assert (hills.sowing.density_per_m2, hills.sowing.drift, hills.sowing.full_density_m) == (600, 0, 8.0)
+    assert (hills.camera.position_m, hills.camera.target_m) == ((0, 1.7, 50), (0, 0.9, 0))
+    whole = {case.name: case.build() for case in ALL["ablation"].cases}
+    for name in ("every blade sown", "no test, no level of detail"):
+        assert whole[name].sowing.full_density_m == 1000.0
+    assert all(case.settings.get("error_px", 1e-6) == 1e-6 for case in ALL["ablation"].cases)
+    for name in ("tillman2013-resolution", "tillman2013-lod", "tillman2013-extra-blades"):
+        for case in ALL[name].cases:
+            camera = case.build().camera
+            assert (camera.position_m, camera.target_m) == ((0, 2.5, 0), (0, 1.0, -10)), case.name
+    limit = ALL["tillman2013-limit"].cases[0].build().camera
+    assert (limit.position_m, limit.target_m) == ((0, 12, 310), (0, 0, 200))
+    assert [case.size for case in ALL["tillman2013-resolution"].cases if case.quick] == [
+        (1, 1), (640, 480), (800, 600), (1024, 768), (1280, 1024),
+    ]  # fmt: skip
+
+
+def test_the_quick_rows_of_table_1_are_one_size_of_each_scene():
+    quick = [case.name for case in ALL["jahrmann2013-table1"].cases if case.quick]
+    assert quick == [
+        f"{name}, effects {effects}"
+        for name in ("Oasis 160x160", "Meadow 300x300, objects", "Instance 2000x2000, flowers")
+        for effects in ("on", "off")
+    ]
+    instance = {case.name: case.build() for case in ALL["jahrmann2013-table1"].cases}
+    samples = [
+        instance[f"Instance {edge}x{edge}{added}, effects on"].ground.samples
+        for edge, added in ((300, ""), (600, ""), (90_000, ", flowers"))
+    ]
+    preset = load("jahrmann2013-instance").ground
+    assert samples == [
+        min(round((preset.samples - 1) * edge / preset.size_m[0]) + 1, 4096) for edge in (300, 600, 90_000)
+    ]
+
+
 def test_the_ablation_leaves_out_one_test_at_a_time():
     for case in ALL["ablation"].cases:
         name = case.name.removeprefix("without ")

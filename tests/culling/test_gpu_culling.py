@@ -284,6 +284,20 @@ def test_no_blade_with_a_point_in_view_is_outside(device, width_m, keeps_besides
     assert shows.mean() > 0.1
 
 
+def test_samples_see_half_a_pixel_beyond_the_edges(device):
+    """A speck there is kept; one as far beyond a pixel is not."""
+    view = _view()
+    clip_from_view = np.linalg.inv(view.clip_from_world)
+    for pixels, is_out in ((0.4, False), (1.6, True)):
+        width, height = view.size_px
+        ends = (1.0 + 2.0 * pixels / width, 0.0), (0.0, -1.0 - 2.0 * pixels / height)
+        ndc = np.array([[x * side, y * side, 0.5, 1.0] for x, y in ends for side in (-1.0, 1.0)])
+        world = ndc @ clip_from_view.T
+        specks = (world[:, :3] / world[:, 3:]).astype(np.float32)
+        out = _call(device, view, "outside(v0, v1, v2, 0.0) ? 1 : 0", "int", (specks,) * 3) == 1
+        assert (out == is_out).all(), pixels
+
+
 def test_the_box_holds_every_point_and_is_no_larger_than_needed(device):
     view, blades = _view(), _blades(4000, 4)
     body = (

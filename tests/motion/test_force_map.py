@@ -387,11 +387,16 @@ def test_grass_on_objects_feels_nothing(renderer):
 # Pictures ---------------------------------------------------------------------------------------------------
 
 
+_ASIDE_M = 2.0
+
+
 def _above(technique: str, **tables):
     # from above, so that what lies shows its whole length
-    camera = {"position_m": [0.0, 5.0, 0.01], "target_m": [0.0, 0.0, 0.0], "fov_y_deg": 60.0}
+    # aside, so that no coordinate is pressed as another would be
+    camera = {"position_m": [_ASIDE_M, 5.0, 0.01], "target_m": [_ASIDE_M, 0.0, 0.0], "fov_y_deg": 60.0}
+    flat = {**FLAT, "path": [[x + _ASIDE_M, z] for x, z in FLAT["path"]]}
     return small_scene(
-        **{"technique": {"name": technique}, "camera": camera, "force": [FLAT], "sowing": {"density_per_m2": 150.0}},
+        **{"technique": {"name": technique}, "camera": camera, "force": [flat], "sowing": {"density_per_m2": 150.0}},
         **tables,
     )
 
@@ -403,7 +408,7 @@ def test_pressed_grass_is_low_in_the_picture(renderer, technique):
     for scene in (_above(technique), _above(technique).model_copy(update={"force": ()})):
         drawn = renderer(scene, size=(192, 108))
         frame = drawn.render(aovs=["depth", "class"])
-        points = world_points(drawn, scene.camera, frame.truth["depth"])
+        points = world_points(drawn, scene.camera, frame.truth["depth"]) - [_ASIDE_M, 0.0, 0.0]
         truths.append((points, frame.truth["class"] == SurfaceClass.GRASS, frame))
     (pressed, grass, frame), (free, free_grass, bare) = truths
     inside = (np.abs(pressed[..., 0]) < 0.8) & (np.abs(pressed[..., 2]) < 0.6)

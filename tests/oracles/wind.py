@@ -53,15 +53,20 @@ def stand(
     random: np.ndarray,
     wind: np.ndarray,
     time_s: float,
+    swing: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Control points and tips (n, 3) of blades in a wind (n, 4) at a time, under gravity that pulls down."""
+    """Control points and tips (n, 3) of blades in a wind (n, 4) at a time, under gravity that pulls down.
+
+    Each bobs at a pace and from a start of its own, unless `swing` (n,) tells the angle.
+    """
     sunk = sag(root, tip, up, height, stiffness, np.broadcast_to([0.0, -1.0, 0.0], root.shape))
     control, tip = control + 0.3 * sunk, tip + sunk
     speed = np.linalg.norm(wind[:, :3], axis=1)
     downwind = wind[:, :3] / np.maximum(speed, 1e-9)[:, None]
     crosswind = np.cross(up, downwind)
-    pace = (2.2 + 2.6 * np.mod(7.31 * random, 1.0)) / np.sqrt(np.maximum(height, 0.02))
-    swing = pace * time_s + 2 * np.pi * random
+    if swing is None:
+        pace = (2.2 + 2.6 * np.mod(7.31 * random, 1.0)) / np.sqrt(np.maximum(height, 0.02))
+        swing = pace * time_s + 2 * np.pi * random
     flutter = wind[:, 3] * (1 - 0.7 * stiffness)
     bob_middle, bob_tip = flutter * np.sin(swing), flutter * np.sin(swing + 0.9)
     sway_middle, sway_tip = (0.35 * flutter * np.sin(0.73 * swing + phase) for phase in (1.3, 2.2))

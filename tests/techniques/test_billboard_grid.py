@@ -5,6 +5,7 @@ import pytest
 from PIL import Image
 
 from greensward.ground import HeightField
+from greensward.ground.noise import simplex
 from greensward.scene import Camera, InputError, Scene, SurfaceClass
 from greensward.scene.base import linear
 from greensward.sowing.identity import BladeKind, blade_ids
@@ -258,15 +259,16 @@ _WAYS = {
 }
 
 
-def _leaning(scene, stiffness, tall_m):
-    """Control point and tip of a blade in the steady wind of a scene, (3,)."""
-    up, one = np.array([[0.0, 1.0, 0.0]]), np.ones(1)
-    wind = np.zeros((1, 4))
-    azimuth = np.radians(scene.wind[0].direction_deg)
-    wind[0, [0, 2]] = scene.wind[0].speed_mps * np.array([-np.sin(azimuth), np.cos(azimuth)])
-    blade = np.zeros((1, 3)), 0.5 * tall_m * up, tall_m * up, up, tall_m * one, stiffness * one
-    v1, v2 = oracle_wind.stand(*blade, 0.0 * one, wind, 0.0)
-    return v1[0], v2[0]
+def _leaning(scene, stiffness, tall_m, at, time_s):
+    """Control points and tips, from their roots, of blades at places (n, 3) in the gusts of a scene: (n, 2, 3)."""
+    many = len(at)
+    up, one = np.tile([0.0, 1.0, 0.0], (many, 1)), np.ones(many)
+    wind = oracle_wind.gusts(scene.wind[0].model_dump(), scene.seed, at, time_s)
+    neighbours = simplex(2.3 * at[:, 0], 2.3 * at[:, 2], 71)
+    swing = 3.5 / np.sqrt(max(tall_m, 0.02)) * time_s + 5.0 * neighbours
+    swing += 2.0 * simplex(9.1 * at[:, 0], 9.1 * at[:, 2], 73)
+    blade = np.zeros((many, 3)), 0.5 * tall_m * up, tall_m * up, up, tall_m * one, stiffness * one
+    return np.stack(oracle_wind.stand(*blade, 0.0 * one, wind, time_s, swing), 1)
 
 
 def _mean_colour(grass):
@@ -290,12 +292,15 @@ def _against_twin(renderer, folder, settings, pixels=60, height=1.0, pictures=No
     far, eye = world_points(drawn, scene.camera, np.full(truth["depth"].shape, 50.0)), drawn._view.camera_ws
     options = GridSettings.model_validate({k: v for k, v in technique.items() if k != "name"})
     tall_m = drawn._technique._billboards.tall_m
-    v1, v2 = _leaning(scene, 0.3, tall_m)
     chosen = np.random.default_rng(3).choice(truth["depth"].size, pixels, replace=False)
+    through = (far.reshape(-1, 3)[chosen] - eye) / 50.0
+    # wind is that where a ray enters the grass
+    entered = eye + ((tall_m - eye[1]) / through[:, 1:2]) * through
+    leaning = _leaning(scene, 0.3, tall_m, entered, 1.0)
     rays = [
         billboard_grid.Ray(
             eye,
-            (far.reshape(-1, 3)[i] - eye) / 50.0,
+            ray,
             options.spacing * 0.4,  # blades of 0.4 m
             np.radians(options.turn_deg),
             options.irregularity,
@@ -305,8 +310,7 @@ def _against_twin(renderer, folder, settings, pixels=60, height=1.0, pictures=No
             billboard_grid.picture(_SIDE),
             billboard_grid.picture(_TOP),
             _mean_colour(scene.grass[0]),
-            v1,
-            v2,
+            *leaning[k],
             carrier=options.carrier,
             shear=options.sway == "shear",
             middle=options.middle_plane,
@@ -315,9 +319,15 @@ def _against_twin(renderer, folder, settings, pixels=60, height=1.0, pictures=No
             opacity=options.opacity,
             height=height,
         ).trace()
-        for i in chosen
+        for k, ray in enumerate(through)
     ]
     return {name: truth[name].reshape(-1, *truth[name].shape[2:])[chosen] for name in aovs}, rays
+
+
+@pytest.mark.parametrize("way", ["as published", "ours"])
+def test_each_ray_goes_through_grass_in_the_wind_of_its_place(renderer, tmp_path, way):
+    gusts = {**BREEZE, "gustiness": 0.9, "turbulence": 0.9, "speed_mps": 5.0, "gust_m": 1.5}
+    _check(*_against_twin(renderer, tmp_path, _WAYS[way], wind=[gusts]))
 
 
 @pytest.mark.parametrize("way", _WAYS)
