@@ -84,7 +84,8 @@ def _at_a_border(lands: float, name: str, technique: str) -> tuple[dict, Camera]
     }[name]
     if technique in ("tessellated-quads", "geometry-billboards", "billboard-grid"):
         tables.pop("simulation", None)
-    settings = {"tessellated-quads": {"mode": "instanced", "patch_m": 3.3}}
+    low = {"from_m": [x - 3.0, -8.0], "to_m": [x + 1.0, 2.0], "height_m": [0.1, 0.2]}
+    settings = {"tessellated-quads": {"mode": "instanced", "patch_m": 3.3, "patch": [low]}}
     settings["expanded-roots"] = {"storage": "texture-array", "extra_blades": int(name == "extra blades")}
     settings = settings.get(technique, {})
     scene = {

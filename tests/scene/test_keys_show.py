@@ -44,15 +44,15 @@ _FORCES = {
     "map": {"centre_m": [1.0, 0.5], "size_m": [3.0, 2.0], "yaw_deg": 40.0, "strength": 0.3},
     "footprints": {
         "path": [[-2.0, 1.0], [2.0, 1.0]], "start_s": 0.4, "speed_mps": 1.5, "step_m": 0.4, "gauge_m": 0.6,
-        "foot_m": [0.5, 0.3],
-        "impact_m": 0.5, "pressure": 0.3, "fades_s": 1.0,
+        "foot_m": [0.5, 0.3], "impact_m": 0.5, "pressure": 0.3, "fades_s": 1.0,
     },
     "tracks": {
         "path": [[-2.0, 1.0], [2.0, 1.0]], "start_s": 0.4, "speed_mps": 1.5, "gauge_m": 0.7, "tyre_m": 0.6,
         "impact_m": 0.6, "pressure": 0.3, "fades_s": 1.0,
     },
     "stamp": {
-        "places": [[1.0, 0.5, 30.0]], "size_m": [2.0, 0.7], "at_s": 0.65, "impact_m": 0.5, "pressure": 0.3, "fades_s": 1.0,
+        "places": [[1.0, 0.5, 30.0]], "size_m": [2.0, 0.7], "at_s": 0.65, "impact_m": 0.5, "pressure": 0.3,
+        "fades_s": 1.0,
     },
 }  # fmt: skip
 # what a key needs beside it to matter

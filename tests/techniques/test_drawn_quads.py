@@ -594,3 +594,68 @@ def test_a_patch_has_width_and_height_of_its_own_range(see):
     away, spans, _ = _fit(seen, _stored(seen))
     assert np.quantile(away, 0.85) < _CLOSE_M
     assert np.median(spans, axis=0).min() > 0.8
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("density", 0.4), ("width_m", [0.2, 0.3]), ("height_m", [0.1, 0.2]), ("bending_m", 0.9), ("smoothness", 1)],
+)
+def test_each_key_of_a_patch_changes_what_stands_on_it(renderer, key, value):
+    images = [
+        renderer(_scene({"patch_m": 4.0, "patch": [{**_HERE, **keys}]}), size=_SIZE).render().image
+        for keys in ({}, {key: value})
+    ]
+    assert (images[0] != images[1]).mean() > 0.01
+
+
+@pytest.mark.parametrize("mode", ["basic", "instanced"])
+def test_patches_say_nothing_of_grass_on_objects(renderer, mode):
+    box = {"kind": "box", "position_m": [0.5, 0.5, -1.0], "grass": {"density_per_m2": 150.0}}
+    tables = {"ground": {"kind": "none"}, "object": [box]}
+    images = [
+        renderer(_scene({"mode": mode, "patch_m": 4.0, "patch": patches}, **tables), size=_SIZE).render().image
+        for patches in ([], [{**_HERE, "width_m": [0.3, 0.4], "height_m": [0.1, 0.2], "density": 0.2}])
+    ]
+    assert np.array_equal(*images)
+
+
+def test_a_blade_has_the_colour_of_the_vegetation_map_at_its_root(see, tmp_path):
+    """East and west, which north and south do not share."""
+    halves = np.zeros((8, 8, 4), np.uint8)
+    halves[:, :4], halves[:, 4:] = (200, 40, 40, 255), (40, 40, 200, 255)
+    scene = _scene(
+        {},
+        lambda **tables: with_pictures(tmp_path, {"halves.png": halves}, **tables),
+        sowing={"vegetation_map": "halves.png"},
+        ground={"size_m": [40.0, 40.0]},
+    )
+    seen = see(scene)
+    albedo, checked = seen.truth["albedo"].reshape(-1, 3), 0
+    for blade, root in zip(seen.ids.tolist(), seen.blades["root"], strict=True):
+        if abs(root[0]) > 3.0:
+            mean = albedo[seen.pixels(blade)].mean(axis=0)
+            assert (mean[0] > mean[2]) == (root[0] < 0)
+            checked += 1
+    assert checked > 10
+
+
+def test_a_long_texture_keeps_its_outline_from_afar(renderer, tmp_path):
+    """Of four texels along the blade one is clear: where a pixel is wider than these, nothing of it is."""
+    rows = np.where(np.arange(256) % 4 == 0, 0, 255).astype(np.uint8)
+    striped, whole = np.full((256, 8, 4), 255, np.uint8), np.full((256, 8, 4), 255, np.uint8)
+    striped[..., 3] = rows[:, None]
+    shares = []
+    for pixels in (striped, whole):
+        grass = [{**_WIDE, "width_m": [0.2, 0.2], "alpha_texture": "blade.png"}]
+        camera = {"position_m": [0.0, 1.0, 16.0], "target_m": [0.0, 0.3, 0.0], "fov_y_deg": 30.0}
+        scene = _scene(
+            {"quads": "sown"},
+            lambda pixels=pixels, **tables: with_pictures(tmp_path, {"blade.png": pixels}, **tables),
+            grass=grass,
+            camera=camera,
+            sowing={"reach_m": 30.0, "density_per_m2": 1.0},
+        )
+        truth = renderer(scene, size=(160, 90)).render(aovs=["class"]).truth
+        shares.append((truth["class"] == SurfaceClass.GRASS).mean())
+    assert shares[1] > 0.02
+    assert shares[0] > 0.93 * shares[1]
