@@ -103,15 +103,17 @@ def bands(distance: Floats) -> dict[str, npt.NDArray[np.bool_]]:
     return {name: mask for name, mask in masks.items() if mask.sum() >= 100}
 
 
-def cover_and_colour(scene: gs.Scene, size: tuple[int, int], samples: int) -> tuple[dict[str, Floats], int]:
+def cover_and_colour(
+    scene: gs.Scene, size: tuple[int, int], samples: int, places: int = PLACES
+) -> tuple[dict[str, Floats], int]:
     """Return cover, linear red, green, blue, flowers and seed heads by band; and the number of blades drawn."""
     sums: dict[str, Floats] = {}
     with gs.Renderer(scene, size=size, samples=samples) as renderer:
         masks = bands(ground_distance_m(renderer))
         _, y, z = scene.camera.position_m
-        for place in range(PLACES):
+        for place in range(places):
             # the same ground under each pixel to within a clump, but other blades
-            aside = ASIDE_M * (place - (PLACES - 1) / 2)
+            aside = ASIDE_M * (place - (places - 1) / 2)
             camera = scene.camera.model_copy(
                 update={"position_m": (aside, y, z), "target_m": (aside, *scene.camera.target_m[1:])}
             )
@@ -124,7 +126,7 @@ def cover_and_colour(scene: gs.Scene, size: tuple[int, int], samples: int) -> tu
             )
             for name, mask in masks.items():
                 cover, flowers, blue = (share[mask].mean() for share in shares)
-                part = np.array([cover, *colour[mask].mean(axis=0), flowers, blue]) / PLACES
+                part = np.array([cover, *colour[mask].mean(axis=0), flowers, blue]) / places
                 sums[name] = sums.get(name, np.zeros(6)) + part
         return sums, renderer.counts.drawn
 
@@ -134,11 +136,13 @@ def compare(
 ) -> list[dict[str, object]]:
     """Return a row for each band: cover in full detail, and ratios to full detail; with a sun, of heads too."""
     ratios: list[dict[str, Floats]] = []
-    columns, finer = (4, 1) if sun_deg is None else (6, FINER)
+    columns = 4 if sun_deg is None else 6
     for seed in SEEDS:
-        full, _ = cover_and_colour(
-            field(camera, sowing, seed, True, sun_deg), (finer * size[0], finer * size[1]), samples
-        )
+        whole = field(camera, sowing, seed, True, sun_deg)
+        if sun_deg is None:
+            full, _ = cover_and_colour(whole, size, samples)
+        else:
+            full, _ = cover_and_colour(whole, (FINER * size[0], FINER * size[1]), 1, places=1)
         less, drawn = cover_and_colour(field(camera, sowing, seed, False, sun_deg), size, samples)
         ratios.append({name: less[name][:columns] / full[name][:columns] for name in full})
     rows: list[dict[str, object]] = []
