@@ -603,6 +603,8 @@ def test_a_setting_changes_what_it_is_for(renderer, tmp_path, name):
         seen, other = (np.where(np.isfinite(each), each, 1e3).astype(float) for each in found)
         differ = np.abs(seen - other) > 1e-3
         assert differ.mean() > 0.01
+    if name == "mode":
+        assert [BladeKind.PATCH in each >> np.uint64(60) for each in found] == [False, True]
 
 
 _HERE = {"from_m": [-20.0, -20.0], "to_m": [20.0, 20.0]}
