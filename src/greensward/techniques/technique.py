@@ -24,7 +24,7 @@ class Needs:
     unstored: bool = False
     """It also draws pages whose blades its shaders must grow."""
     on_ground: bool = True
-    """Of stored blades it draws those of the ground too; if not, only those of objects are sown."""
+    """True if it draws the stored blades of the ground too; if not, only those of objects are sown."""
     density: float = 1.0
     """Factor on `sowing.density_per_m2` of what is sown, of which it leaves some out."""
     beside: float = 0.0

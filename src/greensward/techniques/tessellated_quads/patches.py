@@ -18,7 +18,7 @@ _OWN = -1.0
 
 
 class PatchGrid:
-    """For each patch of the grid the number of its row of parameters; row 0 is of those that no table is for."""
+    """Number of the row of parameters of each patch of the grid; row 0 is of those that no table is for."""
 
     def __init__(self, device: Device, settings: QuadSettings) -> None:
         rows, (cells, self._first) = patch_rows(settings), patch_cells(settings, device.limits.texture_px)
