@@ -13,6 +13,7 @@ from greensward.sowing.blade import BladeFlag
 from greensward.sowing.identity import BladeKind
 from greensward.sowing.pattern import pattern_of
 from greensward.techniques import SETTINGS
+from greensward.techniques.tessellated_quads.patches import patch_cells
 from greensward.viewpoint import camera_view
 from oracles import quads, wind_kinds
 from small_scenes import GRASS, NOISE, small_scene, with_pictures
@@ -331,6 +332,14 @@ def test_colours_vary_by_three_random_values_and_darken_towards_the_root(see, tm
         errors.append((albedo[mine][sure] / expected[sure] - 1.0).ravel())
     assert np.abs(np.median(np.concatenate(errors))) < 0.02
     assert np.quantile(np.abs(np.concatenate(errors)), 0.8) < 0.08
+    # each component by its own value: against the second, the others are as the three values have it
+    shades = np.array(
+        [np.median(albedo[mine][v > 0.2] / albedo[mine][v > 0.2][:, 1:2], axis=0) for mine, _, v in at.values()]
+    )
+    blades = 1 + 0.3 * own[list(at), :1] + 0.12 * own[list(at)]
+    differ = shades[:, [0, 2]] - (blades / blades[:, 1:2])[:, [0, 2]]
+    assert np.ptp(shades[:, [0, 2]], axis=0).min() > 0.08
+    assert np.quantile(np.abs(differ), 0.8) < 0.02
 
 
 def test_the_size_on_the_screen_cuts_and_culls_as_equation_5_has_it(see):
@@ -398,7 +407,7 @@ def test_the_share_of_blades_left_out_is_in_proportion_to_distance(see, mode):
 # Patches ----------------------------------------------------------------------------------------------------------
 
 _PATCHES = [
-    {"from_m": [-20.0, -20.0], "to_m": [0.2, 20.0], "bending_m": 0.05, "smoothness": 2},
+    {"from_m": [-20.0, -20.0], "to_m": [0.2, 20.0], "bending_m": 0.6, "smoothness": 2},
     {"from_m": [0.0, -20.0], "to_m": [20.0, 0.0], "bending_m": 0.7, "density": 3.0},
 ]
 
@@ -418,12 +427,13 @@ def test_patches_of_the_grid_have_their_own_bending_smoothness_and_density(see, 
         root = seen.blades["root"].astype(float)
     west, north = np.floor(root[:, 0] / 2.0) < 0, np.floor(root[:, 2] / 2.0) < 0
     own = {
-        "bending": np.where(west, 0.05, np.where(north, 0.7, 0.35)),
+        "bending": np.where(west, 0.6, np.where(north, 0.7, 0.35)),
         "smoothness": np.where(west, 2, 6),
     }
     twin = _instanced(seen, "hash", **own) if mode == "instanced" else _stored(seen, **own)
-    away, *_ = _fit(seen, twin, least_px=15)
-    assert np.quantile(away, 0.85) < _CLOSE_M
+    away, _, at = _fit(seen, twin, least_px=15)
+    for region in (west, north & ~west, ~north & ~west):
+        assert np.quantile(away[region[list(at)]], 0.8) < _CLOSE_M
     above = {"position_m": [0.0, 9.0, -1.9], "target_m": [0.0, 0.0, -2.0], "fov_y_deg": 50.0}
     few = {"density_per_m2": 2.0, "reach_m": 30.0}
     high = see(_scene({**settings, "min_width_px": 1.0}, camera=above, sowing=few))
@@ -443,6 +453,18 @@ def test_a_density_of_0_leaves_a_patch_bare_and_tables_have_no_limit(see):
     cell = np.floor(seen.blades["root"][:, [0, 2]] / 2.0).astype(int).sum(axis=1)
     assert len(cell) > 30
     assert (cell % 2 == 1).all()
+
+
+def test_a_patch_belongs_to_the_area_that_holds_its_centre():
+    """Of several the last counts; the table begins at the first patch of any."""
+    areas = [
+        {"from_m": [-4.0, -2.0], "to_m": [2.9, 2.9]},  # not quite the centres at 3
+        {"from_m": [1.1, -0.9], "to_m": [5.1, 1.1]},
+    ]
+    settings = SETTINGS["tessellated-quads"].model_validate({"patch_m": 2.0, "patch": areas})
+    cells, first = patch_cells(settings, 100)
+    np.testing.assert_array_equal(first, [-2, -1])
+    np.testing.assert_array_equal(cells, [[1, 1, 1, 0, 0], [1, 1, 1, 2, 2]])
 
 
 def test_patches_must_fit_into_a_texture(renderer):
@@ -581,6 +603,8 @@ def test_a_setting_changes_what_it_is_for(renderer, tmp_path, name):
         seen, other = (np.where(np.isfinite(each), each, 1e3).astype(float) for each in found)
         differ = np.abs(seen - other) > 1e-3
         assert differ.mean() > 0.01
+    if name == "mode":
+        assert [BladeKind.PATCH in each >> np.uint64(60) for each in found] == [False, True]
 
 
 _HERE = {"from_m": [-20.0, -20.0], "to_m": [20.0, 20.0]}
