@@ -34,8 +34,17 @@ SUFFIXES = {".glsl", ".comp", ".vert", ".frag", ".tesc", ".tese", ".geom"}
 EACH_FUNCTION = 2
 LIMIT_S = 900
 
-_QUADS = ("tests/techniques/test_drawn_quads.py", "tests/techniques/test_tessellated_quads.py")
-_GRID = ("tests/techniques/test_billboard_grid.py",)
+_QUADS = (
+    "tests/techniques/test_drawn_quads.py",
+    "tests/techniques/test_tessellated_quads.py",
+    "tests/test_precision.py::test_at_a_border_the_picture_is_the_same_from_either_anchor",
+)
+_GRID = (
+    "tests/techniques/test_billboard_grid.py",
+    "tests/techniques/test_contract.py::test_grass_casts_shadows",
+    "tests/motion/test_force_map.py::test_pressed_grass_is_low_in_the_picture",
+    "tests/techniques/test_identity.py",
+)
 _BLADES = ("tests/techniques/test_blade_shapes.py", "tests/techniques/test_visibility_buffer.py")
 _EVERY_SETTING = "tests/techniques/test_contract.py::test_every_setting_changes_the_picture"
 _KEYS = "tests/scene/test_keys_show.py"
@@ -337,6 +346,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="regular expression that the name of a fault matches")
     parser.add_argument("--list", action="store_true", help="print the faults and run none")
     parser.add_argument("--again", action="store_true", help="run survivors of the file again")
+    parser.add_argument("--unchecked", action="store_true", help="do not run the tests without a fault first")
     parser.add_argument("--narrow", action="store_true", help="only the tests that belong to the file")
     arguments = parser.parse_args()
     chosen = [each for each in faults() if re.search(arguments.only, each.name)]
@@ -351,7 +361,7 @@ def main() -> None:
     open_faults = [
         each for each in chosen if each.name not in known or (arguments.again and not known[each.name]["noticed_by"])
     ]
-    if open_faults:
+    if open_faults and not arguments.unchecked:
         sound = tuple(dict.fromkeys(test for each in open_faults for test in _tests_of(each)))
         if failed := _run(ROOT, sound, "-n", str(arguments.jobs)):
             sys.exit(f"{failed} fails without a fault")
