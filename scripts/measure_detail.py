@@ -4,9 +4,9 @@
 Each field is drawn with level of detail and, from the same seed, in full detail (`sowing.full_density_m` beyond its
 end), by several cameras beside each other. Pixels are grouped by the distance at which their ray meets the ground.
 Cover is the share of pixels that show a blade; colour is the mean of the image, decoded to linear light. Both are
-ratios to full detail, means over fields of five seeds; ± gives half of their range. With the grass of the meadow,
-under a low and a high sun, the shares of pixels that show flowers and seed heads are compared too; its seed heads are
-blue, so that they can be told apart, and full detail is drawn at six times the size. Flicker is the mean absolute
+ratios to full detail, means over fields of five seeds; ± gives half of their range. With the grass of the meadow
+the shares of pixels that show flowers and seed heads are compared; its seed heads are blue, so that they can be told
+apart, and full detail is drawn at six times the size. Flicker is the mean absolute
 difference between consecutive frames, in 8-bit steps, of a camera that moves 2 mm to the side each frame.
 `scripts/measure_detail.py --table FILE…` turns saved results into the tables of docs/techniques.md.
 """
@@ -30,7 +30,7 @@ HALF_WIDTH_M, LENGTH_M = 12.0, 105.0
 CAMERAS = {"1.7 m": (1.7, 0.5, 12.0), "0.6 m": (0.6, 0.3, 12.0), "6 m, down": (6.0, 0.0, 14.0)}
 """Height of the camera, height of its target, and horizontal distance between them, in metres."""
 SEEDS, ASIDE_M, PLACES = (1, 2, 3, 4, 5), 0.09, 4
-SUNS_DEG = (12.0, 58.0)
+HEADS_SUN_DEG = 58.0
 SEED_HEADS, BLUE = ("panicle", "spike"), "#0000ff"
 FINER = 6
 """Times as many pixels across in full detail of a field with heads, as stems that are a pixel wide hide many."""
@@ -134,9 +134,9 @@ def cover_and_colour(
 def compare(
     camera: str, size: tuple[int, int], samples: int, sowing: Mapping[str, float], sun_deg: float | None = None
 ) -> list[dict[str, object]]:
-    """Return a row for each band: cover in full detail, and ratios to full detail; with a sun, of heads too."""
+    """Return a row for each band: cover in full detail, and ratios to full detail; with a sun, of heads alone."""
     ratios: list[dict[str, Floats]] = []
-    columns = 4 if sun_deg is None else 6
+    columns = slice(0, 4) if sun_deg is None else slice(4, 6)
     for seed in SEEDS:
         whole = field(camera, sowing, seed, True, sun_deg)
         if sun_deg is None:
@@ -144,11 +144,11 @@ def compare(
         else:
             full, _ = cover_and_colour(whole, (FINER * size[0], FINER * size[1]), 1, places=1)
         less, drawn = cover_and_colour(field(camera, sowing, seed, False, sun_deg), size, samples)
-        ratios.append({name: less[name][:columns] / full[name][:columns] for name in full})
+        ratios.append({name: less[name][columns] / full[name][columns] for name in full})
     rows: list[dict[str, object]] = []
     for name in full:
         both = np.array([ratio[name] for ratio in ratios])
-        heads = {} if sun_deg is None else {"sun_deg": sun_deg, "full_heads": np.round(full[name][4:], 4).tolist()}
+        heads = {} if sun_deg is None else {"full_heads": np.round(full[name][4:], 4).tolist()}
         rows.append(
             {
                 "camera": camera,
@@ -202,17 +202,16 @@ def table(file: str) -> str:
         lines.append("| " + " | ".join(start + cells) + " |")
     lines += [
         "",
-        "With heads:",
+        "Shares of the pixels that show flowers and seed heads:",
         "",
-        "| camera | sun | distance, m | flowers in full detail | seed heads | flowers | seed heads | red | green "
-        "| blue |",
-        "|---" * 10 + "|",
+        "| camera | distance, m | flowers in full detail | seed heads in full detail | flowers | seed heads |",
+        "|---" * 6 + "|",
     ]
     for row in result.get("heads", []):
         cells = [f"{ratio:.2f} ± {noise:.2f}" for ratio, noise in zip(row["ratio"], row["noise"], strict=True)]
-        start = [row["camera"], f"{row['sun_deg']:g}°", row["band_m"].replace("-", "–")]
+        start = [row["camera"], row["band_m"].replace("-", "–")]
         start += [f"{share:.3f}" for share in row["full_heads"]]
-        lines.append("| " + " | ".join([*start, *cells[4:], *cells[1:4]]) + " |")
+        lines.append("| " + " | ".join([*start, *cells]) + " |")
     header = ["technique", "camera", "samples", *(name.replace("-", "–") + " m" for name in names)]
     lines += ["", "Flicker, in 8-bit steps from frame to frame:", ""]
     lines += ["| " + " | ".join(header) + " |", "|---" * len(header) + "|"]
@@ -243,11 +242,9 @@ def main() -> None:
             print(*rows[-6:], sep="\n", file=sys.stderr)
     heads: list[dict[str, object]] = []
     for camera in arguments.cameras:
-        for sun_deg in SUNS_DEG:
-            heads += compare(
-                camera, (width, height), arguments.samples, {"drift": 0.0, "density_per_m2": 900}, sun_deg
-            )
-            print(*heads[-6:], sep="\n", file=sys.stderr)
+        with_heads = {"drift": 0.0, "density_per_m2": 900.0}
+        heads += compare(camera, (width, height), arguments.samples, with_heads, HEADS_SUN_DEG)
+        print(*heads[-6:], sep="\n", file=sys.stderr)
     flickers = []
     for camera in arguments.cameras[:1]:
         for samples in (1, 4):
