@@ -142,8 +142,8 @@ def _replaced(text: str, pattern: str, by: str) -> Iterator[str]:
 
 
 def _arguments_exchanged(text: str) -> Iterator[str]:
-    """First two arguments of mix and smoothstep, of dot with itself nothing."""
-    for found in re.finditer(r"\b(?:mix|smoothstep|clamp|step)\(", text):
+    """First two arguments of mix, smoothstep and step; those of clamp may be exchanged."""
+    for found in re.finditer(r"\b(?:mix|smoothstep|step)\(", text):
         commas, depth = [], 1
         for at in range(found.end(), len(text)):
             depth += {"(": 1, ")": -1}.get(text[at], 0)
@@ -154,6 +154,18 @@ def _arguments_exchanged(text: str) -> Iterator[str]:
                 rest = text[(*commas, at)[1] :]
                 yield f"{text[: found.end()]}{second.strip()}, {first.strip()}{rest}"
                 break
+
+
+def _is_bound(text: str, end: int) -> bool:
+    """Whether a number that ends there is the last or the only argument of clamp, min or max."""
+    depth = 0
+    if not re.match(r"\s*\)", text[end:]):
+        return False
+    for at in range(end - 1, -1, -1):
+        depth += {")": 1, "(": -1}.get(text[at], 0)
+        if depth < 0:
+            return bool(re.search(r"\b(?:clamp|min|max)$", text[:at]))
+    return False
 
 
 def _changes(text: str) -> dict[str, list[str]]:
@@ -168,7 +180,8 @@ def _changes(text: str) -> dict[str, list[str]]:
             + (".0" if (1.5 * float(n[0])).is_integer() else "")
             + text[n.end() :]
             for n in _NUMBER.finditer(text)
-            if float(n[0]) > 1e-5
+            # a bound beyond which nothing lies may be anywhere
+            if float(n[0]) > 1e-5 and not _is_bound(text, n.end())
         ],
         "axis": [
             *_replaced(text, r"\.x\b", ".z"),

@@ -278,6 +278,14 @@ def test_workloads_of_our_own_are_measured_on_these_fields():
         for case in ALL[name].cases:
             camera = case.build().camera
             assert (camera.position_m, camera.target_m) == ((0, 2.5, 0), (0, 1.0, -10)), case.name
+    for case in ALL["tillman2013-lod"].cases:
+        assert ("set 2" in case.name) == (case.settings.get("error_px") == 1e-6), case.name
+        assert ("set 2" in case.name) == (case.settings.get("max_level") == 3), case.name
+    for case in ALL["tillman2013-extra-blades"].cases:
+        simulation = case.build().simulation
+        assert (simulation is not None) == ("simulated" in case.name)
+        assert simulation is None or (simulation.within_m, simulation.settle_s) == (1000, 0.0)
+    assert {_roots(case.build()) for case in ALL["habel2007-half-screen"].cases} == {400_000}
     limit = ALL["tillman2013-limit"].cases[0].build().camera
     assert (limit.position_m, limit.target_m) == ((0, 12, 310), (0, 0, 200))
     assert [case.size for case in ALL["tillman2013-resolution"].cases if case.quick] == [
