@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from greensward.ground import HeightField
+from greensward.ground.noise import octaves
 from greensward.ground.rays import highest_heights
 from greensward.scene import SurfaceClass
 from reprojection import world_points
@@ -145,3 +146,26 @@ def test_no_hidden_colour_of_a_terrain_map_rings_what_shows(renderer, tmp_path):
         scene = with_pictures(tmp_path, {"land.png": land}, grass=[], ground=ground, camera=camera)
         truths.append(renderer(scene).render(aovs=["albedo"]).truth["albedo"])
     np.testing.assert_allclose(truths[0], truths[1], atol=2e-3)
+
+
+def test_turf_differs_in_hue_from_place_to_place(renderer):
+    """By a factor of noise on red, a tenth of it on green, and against it on blue."""
+    scene = small_scene(
+        sowing={"reach_m": 4.0, "full_density_m": 2.0, "density_per_m2": 200.0, "drift": 0.0},
+        camera={"position_m": [0.0, 80.0, 0.0], "target_m": [0.0, 0.0, -0.001], "fov_y_deg": 60.0},
+    )
+    albedo = renderer(scene).render(aovs=["albedo"]).truth["albedo"].astype(float)
+    height, width = albedo.shape[:2]
+    half_z = 80.0 * np.tan(np.radians(30.0))
+    x, z = np.meshgrid(
+        ((np.arange(width) + 0.5) / width * 2 - 1) * half_z * width / height,
+        ((np.arange(height) + 0.5) / height * 2 - 1) * half_z,
+    )
+    drift = octaves(0.31 * x / 12.0, 0.31 * z / 12.0, 5 + 6007, 3, 0.6, 2.7)
+    away = np.hypot(x, z) > 8.0
+    for channel, strength in ((0, 0.16), (2, -0.6 * 0.16)):
+        ratio = albedo[..., channel] / albedo[..., 1]
+        ratio /= np.median(ratio)
+        expected = (1 + strength * drift) / (1 + 0.016 * drift)
+        slope = np.polyfit((expected / np.median(expected))[away], ratio[away], 1)[0]
+        assert slope == pytest.approx(1.0, abs=0.2), channel
