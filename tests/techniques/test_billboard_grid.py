@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from greensward.gpu.view import VIEW_BLOCK
 from greensward.ground import HeightField
 from greensward.ground.noise import simplex
 from greensward.scene import Camera, InputError, Scene, SurfaceClass
@@ -14,6 +15,7 @@ from greensward.techniques.billboard_grid.settings import GridSettings
 from oracles import billboard_grid
 from oracles import wind as oracle_wind
 from reprojection import world_points
+from shader_calls import shader_call
 from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
 
 GRASS_CLASS = SurfaceClass.GRASS
@@ -423,3 +425,33 @@ def test_settings_of_its_textures(device):
         spreads.append((2.0 * shape[sure][:, 0] - 1.0).std())
         billboards.release()
     assert spreads[1] > 1.1 * spreads[0]
+
+
+def test_parts_of_a_ray(device):
+    """What is laid over what, how high it is, how a texel thins with the density map, and the size of a pixel."""
+    random = np.random.default_rng(6)
+    a, b, c, d = random.uniform(0.05, 1.0, (4, 50)).astype(np.float32)
+    given = {"a": a, "b": b, "c": c, "d": d}
+
+    def call(body: str, output: str = "float", **more) -> np.ndarray:
+        return shader_call(device, "techniques/billboard_grid/trace.glsl", body, given, output, **more)
+
+    started = "Traced t = Traced(vec4(0.0, 0.0, 0.0, b), vec3(0.0), a, c, NOWHERE_M, uvec2(0u), 0.0, 0.0);"
+    high = call(
+        f"{started} over(t, vec4(0.1, 0.2, 0.3, d), vec3(0.0, 1.0, 0.0), c, a); result = vec2(t.high, t.along);",
+        "vec2",
+    )
+    np.testing.assert_allclose(high, np.stack([a + (1 - b) * d * c, c + (1 - b) * d * a], 1), rtol=1e-5)
+    filled = call(
+        "vec4 colour = vec4(0.1, 0.2, 0.3, a), shape = vec4(b); fillUp(colour, shape, c, true); result = shape;",
+        "vec4",
+    )
+    np.testing.assert_allclose(filled[:, 3], b + (1 - a) * (0.3 + 0.6 * c), rtol=1e-5)
+    np.testing.assert_allclose(filled[:, :3], np.tile((b + (1 - a) * 0.5)[:, None], 3), rtol=1e-5)
+    for lod, part in ((0.0, 0.0), (1.75, 0.5), (4.0, 1.0)):
+        np.testing.assert_allclose(
+            call(f"shareOfTexel(a, b, {lod})"), (1 - part) * (b >= a) + part * b, atol=1e-5, err_msg=str(lod)
+        )
+    pixel = call("pixelAt(a)", blocks={VIEW_BLOCK: {"pixel_m": (0.25, 0.5)}})
+    np.testing.assert_allclose(pixel, 0.25 * a + 0.5, rtol=1e-5)
+    np.testing.assert_allclose(call("hiddenBy(a, 2.0)"), 1 - (1 - a) ** 2, atol=1e-5)

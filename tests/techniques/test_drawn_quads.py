@@ -664,8 +664,8 @@ def test_a_blade_has_the_colour_of_the_vegetation_map_at_its_root(see, tmp_path)
 
 
 def test_a_long_texture_keeps_its_outline_from_afar(renderer, tmp_path):
-    """Of four texels along the blade one is clear: where a pixel is wider than these, nothing of it is."""
-    rows = np.where(np.arange(256) % 4 == 0, 0, 255).astype(np.uint8)
+    """A quarter of it is clear, in stripes across: where a pixel is taller than these, nothing of it is."""
+    rows = np.where(np.arange(256) % 16 < 4, 0, 255).astype(np.uint8)
     striped, whole = np.full((256, 8, 4), 255, np.uint8), np.full((256, 8, 4), 255, np.uint8)
     striped[..., 3] = rows[:, None]
     shares = []
