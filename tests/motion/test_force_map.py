@@ -384,6 +384,24 @@ def test_grass_on_objects_feels_nothing(renderer):
     assert np.array_equal(*(read_poses(page) for page in pages))
 
 
+def test_where_a_blade_lies_that_is_pressed_down(device):
+    """Along its lean, by its length; its middle nearer to the root and a little above the ground."""
+    body = (
+        "Blade b; b.height = 0.5; b.facing = 0.0; b.chance = packUnorm2x16(vec2(0.0, r));"
+        " vec3 v1 = vec3(0.1, 0.25, 0.05), v2 = vec3(0.2, 0.4, 0.1);"
+        " applyForce(b, vec3(0.0, 1.0, 0.0), vec3(0.0, -1.0, 0.0), v1, v2); "
+    )
+    given = {"r": np.array([0.0, 0.5, 1.0], np.float32)}
+    middle, tip = (
+        shader_call(device, "motion/force_map.glsl", f"{body} result = {v};", given, "vec3") for v in ("v1", "v2")
+    )
+    assert tip[:, 1] == pytest.approx(0.5 * (0.06 + 0.07 * given["r"]), abs=0.003)
+    assert np.linalg.norm(tip, axis=1) == pytest.approx(0.5 * np.sqrt(0.94), abs=0.01)
+    along = tip[:, [0, 2]] / np.linalg.norm(tip[:, [0, 2]], axis=1, keepdims=True)
+    assert (middle[:, [0, 2]] * along).sum(1) == pytest.approx(0.5 * 0.45, abs=0.01)
+    assert middle[:, 1] == pytest.approx(0.5 * 0.1, abs=1e-4)
+
+
 # Pictures ---------------------------------------------------------------------------------------------------
 
 

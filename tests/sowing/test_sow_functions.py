@@ -65,6 +65,23 @@ def test_places_stay_in_their_leaf_and_fill_it(device):
     assert counts.min() > 0
 
 
+def test_leaves_are_counted_from_the_anchor(device):
+    index = np.arange(50, dtype=np.uint32)
+    body = "result = placeIn(ivec2(-3, 2), index, hash3(uvec3(1u, 2u, index)));"
+    near, far = (
+        shader_call(
+            device,
+            "sowing/ground_blade.glsl",
+            body,
+            {"index": index},
+            "vec2",
+            blocks={SWARD_BLOCK: {"leaf_m": 0.5, "seed": 3, "anchor_leaf": anchor}},
+        )
+        for anchor in ((0, 0), (40, -7))
+    )
+    np.testing.assert_allclose(near - far, np.tile([20.0, -3.5], (50, 1)), atol=1e-5)
+
+
 def test_clump_is_the_nearest_of_all_centres(device):
     xz = np.random.default_rng(5).uniform(-3, 3, (400, 2)).astype(np.float32)
     blocks = {SWARD_BLOCK: {"seed": 9, "clump_m": 0.5}}

@@ -69,6 +69,26 @@ def test_equations_4_and_5(device):
     assert expected.max() == 12
 
 
+def test_the_length_on_the_screen_tells_the_level(device):
+    """Pixels between both ends over those of a quad; at least one quad, and no more than smoothness."""
+    given = _random()
+    body = "levelByLength(9.0, vec2(r, s), vec2(t, r), vec2(640.0, 360.0), 30.0)"
+    result = shader_call(device, _GLSL, body, given, "float")
+    r, s, t = (given[name].astype(float) for name in "rst")
+    expected = np.clip(np.hypot(320.0 * (r - t), 180.0 * (s - r)) / 30.0, 1.0, 9.0)
+    np.testing.assert_allclose(result, expected, rtol=1e-4)
+
+
+def test_patches_are_counted_from_the_anchor(device):
+    xz = np.random.default_rng(5).uniform(-30.0, 30.0, (200, 2)).astype(np.float32)
+    values = {"patch_m": 4.0, "in_patch": (0.3, 0.8), "anchor_patch": (100, -7)}
+    include = "techniques/tessellated_quads/parameters.glsl"
+    result = shader_call(device, include, "patchAt(xz)", {"xz": xz}, "ivec2", uniforms=values)
+    assert np.array_equal(
+        result, np.floor(xz.astype(float) / 4.0 + np.array([0.3, 0.8])).astype(int) + np.array([100, -7])
+    )
+
+
 def test_equation_6(device):
     given, exact = _random(), _double(_random())
     result = shader_call(device, _GLSL, "controlPoint(a, b, vec3(0, 1, 0), vec2(r, s))", given, "vec3")

@@ -94,8 +94,12 @@ def square(edge_m: float, **sowing: Any) -> Scene:
 
 
 def _blade_count() -> tuple[Case, ...]:
-    counts = {"10k": 10_000, "100k": 100_000, "1M": 1_000_000, "10M": 10_000_000, "30M": 30_000_000}
-    return tuple(Case(name, partial(even_field, count), quick=count <= 1_000_000) for name, count in counts.items())
+    few = {"10k": 10_000, "100k": 100_000, "1M": 1_000_000}
+    many = {"10M": 10_000_000, "30M": 30_000_000}
+    return (
+        *(Case(name, partial(even_field, count)) for name, count in few.items()),
+        *(Case(name, partial(even_field, count), quick=False) for name, count in many.items()),
+    )
 
 
 def _presets() -> tuple[Case, ...]:
@@ -161,7 +165,7 @@ def _table1_scene(preset: str, edge_m: float, effects: bool, added: str) -> Scen
             }
         )
     elif isinstance(scene.ground, NoiseGround):
-        ground["samples"] = min(max(round((scene.ground.samples - 1) * scale) + 1, 2), 4096)
+        ground["samples"] = min(round((scene.ground.samples - 1) * scale) + 1, 4096)
     changes["ground"] = scene.ground.model_copy(update=ground)
     if not added:
         changes |= {"flowers": (), "object": (), "fence": ()}

@@ -297,8 +297,8 @@ void meetTop(inout Traced t, Around a, vec2 place_m, float at, float part, float
     const bool closing = false;
 #endif
     vec2 lean = toGrid(swayed(a.v1, a.v2, at).xz) * share.y;
-    vec2 uv = in_billboard + (place_m - lean) / billboard_m, size = vec2(textureSize(top_colour, 0).xy);
-    float lod = log2(max(pixelAt(depth_m) * size.x / billboard_m, 1e-6));
+    vec2 uv = in_billboard + (place_m - lean) / billboard_m;
+    float lod = log2(max(pixelAt(depth_m) * float(textureSize(top_colour, 0).x) / billboard_m, 1e-6));
     vec4 colour = textureLod(top_colour, vec3(uv, 0.0), lod), shape = textureLod(top_shape, vec3(uv, 0.0), lod);
     if (closing) fillUp(colour, shape, 0.0, false);
     if (colour.a < 0.004) return;
