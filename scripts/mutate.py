@@ -328,7 +328,7 @@ def _run(tree: Path, tests: tuple[str, ...], *more: str) -> str:
         done = subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True, timeout=LIMIT_S)
     except subprocess.TimeoutExpired:
         return "ran out of time"
-    failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)
+    failed: list[str] = re.findall(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)
     if done.returncode in (0, 5):
         return ""
     return (failed or [f"exit code {done.returncode}"])[0]
