@@ -305,6 +305,8 @@ def test_the_quick_rows_of_table_1_are_one_size_of_each_scene():
         instance[f"Instance {edge}x{edge}{added}, effects on"].ground.samples
         for edge, added in ((300, ""), (600, ""), (90_000, ", flowers"))
     ]
+    meadow = instance["Meadow 600x600, objects, effects on"].ground
+    assert meadow.samples == 2 * (load("jahrmann2013-meadow").ground.samples - 1) + 1
     preset = load("jahrmann2013-instance").ground
     assert samples == [
         min(round((preset.samples - 1) * edge / preset.size_m[0]) + 1, 4096) for edge in (300, 600, 90_000)

@@ -231,7 +231,7 @@ def test_two_halves_one_camera(drive):
     (x0, _, width, height), (x1, *_) = d.viewer.areas(d.size)
     picture = d.picture()[100 : height - 150].astype(int)
     assert picture[:, x0 + 20 : x0 + width - 20].std() > 5
-    assert abs(picture[:, :width].mean() - picture[:, x1 : x1 + width].mean()) > 1.0
+    assert np.abs(picture[:, 20 : width - 20] - picture[:, x1 + 20 : x1 + width - 20]).mean() > 1.0
     d.key("c")
     d.frames(2)
     assert len(d.viewer.viewports) == 1
