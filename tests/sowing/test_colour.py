@@ -139,6 +139,20 @@ def test_soils_and_tiles_are_asked_where_the_terrain_map_leaves_them_bare(sow, t
         assert (inside & part).sum() > 300
 
 
+def test_a_soil_that_is_wider_than_tall_is_read_across_its_width(sow, tmp_path):
+    """Its left half is green, so half as many blades grow as on one that is green all over."""
+    whole = np.full((4, 16, 3), _YELLOWISH, np.uint8)
+    half = whole.copy()
+    half[:, 8:] = _BARE
+    counts, rule = [], {"kind": "ground", "neighbours": 0}
+    for pixels in (half, whole):
+        ground = {"size_m": [16.0, 16.0], "texture": "soil.png", "texture_m": 1.0, "beyond": "bare"}
+        scene = with_pictures(tmp_path, {"soil.png": pixels}, ground=ground, colour=rule)
+        counts.append(len(read_blades(sow(scene))))
+    assert counts[1] > 1000
+    assert 0.4 < counts[0] / counts[1] < 0.6
+
+
 _ALL = {
     **{each.name: {"technique": {"name": each.name}} for each in TECHNIQUES},
     "instanced": {"technique": {"name": "tessellated-quads", "mode": "instanced"}},

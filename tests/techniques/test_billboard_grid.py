@@ -455,3 +455,14 @@ def test_parts_of_a_ray(device):
     pixel = call("pixelAt(a)", blocks={VIEW_BLOCK: {"pixel_m": (0.25, 0.5)}})
     np.testing.assert_allclose(pixel, 0.25 * a + 0.5, rtol=1e-5)
     np.testing.assert_allclose(call("hiddenBy(a, 2.0)"), 1 - (1 - a) ** 2, atol=1e-5)
+
+
+def test_what_stands_under_forces_is_as_tall_as_the_sward(device):
+    body = (
+        "Around a; a.height = h; a.v1 = a.v2 = a.before1 = a.before2 = vec3(0.0);"
+        " bendUnderForces(a, vec3(0.1, 0.0, 0.2)); result = a.v2.y;"
+    )
+    h = np.array([0.6, 1.0, 1.4], np.float32)
+    values = {"tall_m": 0.5, "mean_blade": (1.0, 0.5)}
+    tall = shader_call(device, "techniques/billboard_grid/trace.glsl", body, {"h": h}, "float", uniforms=values)
+    assert tall == pytest.approx(0.5 * h, rel=0.02)
