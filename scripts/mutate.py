@@ -24,7 +24,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
@@ -127,7 +127,7 @@ class Fault:
 
     @property
     def name(self) -> str:
-        """What tells it from others while lines move."""
+        """Name that stays the same while lines move."""
         if self.kind == "setting":
             return f"{self.path}: {self.where}: ignored"
         return f"{self.path}: {self.where}: {self.before.strip()} -> {self.after.strip()}"
@@ -159,7 +159,7 @@ def _arguments_exchanged(text: str) -> Iterator[str]:
 
 
 def _is_bound(text: str, end: int) -> bool:
-    """Whether a number that ends there is the last or the only argument of clamp, min or max."""
+    """Return whether a number that ends there is the last or the only argument of clamp, min or max."""
     depth = 0
     if not re.match(r"\s*\)", text[end:]):
         return False
@@ -253,9 +253,7 @@ def _channels(path: str, lines: list[str]) -> Iterator[Fault]:
         for k in span:
             code = _code(lines[k])
             for found in re.finditer(r"(?:texture\w*|texelFetch|imageLoad)\([^;]*?\)\.([rgbaxyzw]+)\b", code):
-                swapped = "".join(_SWIZZLES[c] for c in found[1])
-                if len(found[1]) > 1:
-                    swapped = found[1][::-1]
+                swapped = _SWIZZLES[found[1]] if len(found[1]) == 1 else found[1][::-1]
                 yield Fault(
                     "channel", path, name, k, lines[k], code[: found.start(1)] + swapped + code[found.end(1) :]
                 )
@@ -268,10 +266,6 @@ def _settings(path: str, text: str, classes: tuple[str, ...] | None) -> Iterator
         if not isinstance(node, ast.ClassDef) or (classes and node.name not in classes):
             continue
         fields = [each for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)]
-        if any(
-            isinstance(each, ast.Assign) and ast.unparse(each).startswith("model_post_init") for each in node.body
-        ):
-            continue
         for each in fields:
             assert isinstance(each.target, ast.Name)
             key = each.target.id
@@ -314,8 +308,7 @@ def faults() -> list[Fault]:
             lines = file.read_text().splitlines()
             result += [*_formulas(path, lines), *_channels(path, lines)]
     for path, classes in SETTINGS.items():
-        if (base / path).exists():
-            result += _settings(path, (base / path).read_text(), classes)
+        result += _settings(path, (base / path).read_text(), classes)
     result += _workloads("bench/workloads.py", (base / "bench/workloads.py").read_text())
     return list({each.name: each for each in result}.values())
 
@@ -364,7 +357,8 @@ def main() -> None:
     parser.add_argument("--unchecked", action="store_true", help="do not run the tests without a fault first")
     parser.add_argument("--narrow", action="store_true", help="only the tests that belong to the file")
     arguments = parser.parse_args()
-    chosen = [each for each in faults() if re.search(arguments.only, each.name)]
+    every = faults()
+    chosen = [each for each in every if re.search(arguments.only, each.name)]
     if arguments.list:
         for each in chosen:
             print(f"{each.kind:9} {each.name}")
@@ -387,22 +381,24 @@ def main() -> None:
             shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(".git", ".venv", ".gl", ".whl", "__pycache__"))
             trees.put(tree)
 
-        def tried(fault: Fault) -> None:
+        def tried(fault: Fault) -> str:
             tree = trees.get()
             try:
-                noticed = _noticed(fault, tree, not arguments.narrow)
+                return _noticed(fault, tree, not arguments.narrow)
             finally:
                 trees.put(tree)
+
+        names = {each.name for each in every}
+        running = {pool.submit(tried, each): each for each in open_faults}
+        for done in as_completed(running):
+            fault, noticed = running[done], done.result()
             reason = known.get(fault.name, {}).get("reason", "")
             known[fault.name] = {"name": fault.name, "kind": fault.kind, "noticed_by": noticed}
             if not noticed:
                 known[fault.name]["reason"] = reason
             print(f"{noticed or 'SURVIVED'}  {fault.name}", flush=True)
-            names = {each.name for each in faults()}
             kept = [known[name] for name in sorted(known) if name in names]
             arguments.output.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n")
-
-        list(pool.map(tried, open_faults))
     survivors = [each for each in known.values() if not each["noticed_by"]]
     print(f"{len(known)} faults, {len(survivors)} survive")
 

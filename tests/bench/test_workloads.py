@@ -133,7 +133,7 @@ def test_the_hills_of_table_1_are_those_of_the_preset_at_every_size():
 
 
 def _roots(scene):
-    """How many roots a workload of the thesis sends."""
+    """Return the number of roots that a workload of the thesis sends."""
     return round(scene.ground.size_m[0] ** 2 * scene.sowing.density_per_m2)
 
 

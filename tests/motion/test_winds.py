@@ -241,7 +241,7 @@ def painted(device, tmp_path, request):
 
 @pytest.mark.parametrize("painted", [{"moves_mps": [3.0, -1.0], "rate_hz": 1e-6}], indirect=True)
 def test_painted_wind_moves_over_the_ground(painted):
-    """What blows at the edge of the eastern half is found again where that has moved."""
+    """The wind at the edge of the eastern half is found again where that has moved."""
     edge = np.array([[0.7, 0, 0.1], [-0.7, 0, 0.1]], np.float32)
     moved = edge + np.array([6.0, 0, -2.0], np.float32)
     assert painted(edge, 0.0)[0, 0] > painted(edge, 0.0)[1, 0] + 3.0

@@ -1,4 +1,4 @@
-"""What a ray meets in a grid of billboards on level ground (Habel, Wimmer & Jeschke 2007), in float64."""
+"""Rays through a grid of billboards on level ground (Habel, Wimmer & Jeschke 2007), in float64."""
 
 from dataclasses import dataclass, field
 
@@ -41,7 +41,7 @@ def first_met(
 
 ALONG_X, ALONG_Z, FROM_ABOVE, CLOSING = range(4)
 FILLED = 0.35
-"""How much what fills the rest shows blades apart."""
+"""Part of the contrast between blades that the filling of a ray keeps."""
 
 
 def picture(pixels: npt.NDArray[np.uint8]) -> Floats:

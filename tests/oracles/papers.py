@@ -93,7 +93,7 @@ def _out(inward: Floats, radius: float) -> Floats:
 
 
 def fronts(up: Floats, facing: Floats) -> Floats:
-    """Where blades face about their up (shaders/blade.glsl)."""
+    """Directions (n, 3) that blades face, turned about their up (shaders/blade.glsl)."""
     helper = np.where(np.abs(up[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])
     e1 = _unit(np.cross(helper, up))
     return np.cos(facing)[:, None] * e1 + np.sin(facing)[:, None] * np.cross(up, e1)

@@ -6,6 +6,7 @@ import pytest
 from greensward.ground.noise import octaves
 from greensward.scene import SurfaceClass
 from oracles import terrain, tone
+from reprojection import world_points
 from small_scenes import BREEZE, GRASS, NOISE, small_scene, with_pictures
 
 _DOWN = {"position_m": [0.0, 3.0, 0.0], "target_m": [0.0, 0.0, -0.001]}
@@ -39,13 +40,9 @@ def test_soil_without_a_picture_drifts_in_shade(renderer):
     """By a factor of noise, over what its texture varies."""
     scene = small_scene(grass=[], camera={**_DOWN, "position_m": [0.0, 40.0, 0.0]})
     drawn = renderer(scene)
-    albedo = drawn.render(aovs=["albedo"]).truth["albedo"]
-    height, width = albedo.shape[:2]
-    half_z = 40.0 * np.tan(np.radians(25))
-    x, z = np.meshgrid(
-        ((np.arange(width) + 0.5) / width * 2 - 1) * half_z * width / height,
-        ((np.arange(height) + 0.5) / height * 2 - 1) * half_z,
-    )
+    truth = drawn.render(aovs=["albedo", "depth"]).truth
+    albedo = truth["albedo"]
+    x, _, z = np.moveaxis(world_points(drawn, scene.camera, truth["depth"]), -1, 0)
     drift = 0.25 * octaves(1.7 * x / 12.0, 1.7 * z / 12.0, 5 + 5003, 3, 0.6, 2.7)
     assert np.corrcoef(drift.ravel(), albedo.mean(-1).ravel())[0, 1] > 0.5
 

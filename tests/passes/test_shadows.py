@@ -17,7 +17,7 @@ def _light(renderer, scene):
 
 
 def _kept(renderer, **tables):
-    """What shadows leave of the brightness of each pixel, and its classes."""
+    """Share of the brightness of each pixel that shadows leave, and its classes."""
     shadows = {"size_px": 512, "cascades": 1, "nearest_m": 4.0}
     shaded, classes = _light(renderer, small_scene(**tables, shadows=shadows))
     plain, _ = _light(renderer, small_scene(**tables, shadows={"enabled": False}))

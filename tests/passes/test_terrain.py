@@ -154,13 +154,10 @@ def test_turf_differs_in_hue_from_place_to_place(renderer):
         sowing={"reach_m": 4.0, "full_density_m": 2.0, "density_per_m2": 200.0, "drift": 0.0},
         camera={"position_m": [0.0, 80.0, 0.0], "target_m": [0.0, 0.0, -0.001], "fov_y_deg": 60.0},
     )
-    albedo = renderer(scene).render(aovs=["albedo"]).truth["albedo"].astype(float)
-    height, width = albedo.shape[:2]
-    half_z = 80.0 * np.tan(np.radians(30.0))
-    x, z = np.meshgrid(
-        ((np.arange(width) + 0.5) / width * 2 - 1) * half_z * width / height,
-        ((np.arange(height) + 0.5) / height * 2 - 1) * half_z,
-    )
+    drawn = renderer(scene)
+    truth = drawn.render(aovs=["albedo", "depth"]).truth
+    albedo = truth["albedo"].astype(float)
+    x, _, z = np.moveaxis(world_points(drawn, scene.camera, truth["depth"]), -1, 0)
     drift = octaves(0.31 * x / 12.0, 0.31 * z / 12.0, 5 + 6007, 3, 0.6, 2.7)
     away = np.hypot(x, z) > 8.0
     for channel, strength in ((0, 0.16), (2, -0.6 * 0.16)):

@@ -162,7 +162,7 @@ class Texture(Model):
     """Extent of an image on the ground, centred on the origin; it repeats."""
     speed_mps: Speed = 10.0
     """Speed at full colour."""
-    moves_mps: tuple[Number, Number] = default((0.0, 0.0))
+    moves_mps: Pair[Number] = default((0.0, 0.0))
     """Velocity at which the images move over the ground, along x and z."""
     rate_hz: Annotated[Number, Field(gt=0, le=1000)] = 4.0
     """Images per second."""

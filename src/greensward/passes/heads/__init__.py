@@ -10,7 +10,7 @@ from greensward.culling.compaction import DRAW_COMMAND, Compaction
 from greensward.culling.visible import DrawList
 from greensward.gpu.buffers import at_least, release_all, zeros
 from greensward.gpu.device import COMMANDS_WRITTEN, STORAGE_WRITTEN, Device
-from greensward.gpu.kernels import Draw, Kernel, grid
+from greensward.gpu.kernels import Bindings, Draw, Kernel, grid
 from greensward.gpu.layouts import WORD, struct
 from greensward.gpu.view import View
 from greensward.passes.heads.meshes import FAR_PAINT, LEVELS, OUTLINES, head_meshes
@@ -57,17 +57,18 @@ class Heads:
 
     def draw(self, view: View) -> None:
         """Draw every head that the view may show."""
+        each = self._heads_each(view)
+        # in shadow maps a head is always a triangle
+        levels = range(_FAR if view.purpose == "shadow" else 0, _FAR + 1)
         for shown in self._world.visible.of(view):
             page = shown.page
             if not isinstance(page, Page) or not shown.heads.count:
                 continue
-            each, values = self._heads_each(view), dict(page.bindings)
+            values = dict(page.bindings)
             if page.sown is not None:
                 values["Sown"] = page.sown
-            self._fill(shown, page, view, each)
-            for level in range(_FAR + 1):
-                if view.purpose == "shadow" and level < _FAR:
-                    continue
+            self._fill(shown, page, values, view, each)
+            for level in levels:
                 self._draws[view.purpose].run_indirect(
                     moderngl.TRIANGLES,
                     self._commands,
@@ -94,7 +95,7 @@ class Heads:
         least: list[int] = np.ceil(np.minimum(each, _MOST_HEADS[view.purpose])).astype(int).tolist()
         return least
 
-    def _fill(self, shown: DrawList, page: Page, view: View, each: list[int]) -> None:
+    def _fill(self, shown: DrawList, page: Page, values: Bindings, view: View, each: list[int]) -> None:
         """List the heads of a page that the view shows by level, with a draw command for each."""
         device, heads, words = self._device, shown.heads, (_FAR + 1) * shown.heads.count
         self._listed = at_least(device, self._listed, (_FAR + 1) * heads.items * WORD)
@@ -103,16 +104,13 @@ class Heads:
             "Chunks": self._world.visible.chunks.buffer,
             "first_chunk": heads.first,
             "chunk_count": heads.count,
+            "Heads": page.heads,
         }
-        values = dict(page.bindings)
-        if page.sown is not None:
-            values["Sown"] = page.sown
         device.ctx.memory_barrier(STORAGE_WRITTEN)
         self._sort[view.purpose].run(
             heads.groups,
             **values,
             **chunked,
-            Heads=page.heads,
             Masks=self._compaction.masks,
             heads_each=each,
             level_px=_LEVEL_PX,
@@ -122,7 +120,6 @@ class Heads:
             grid(words),
             **chunked,
             **self._compaction.bindings,
-            Heads=page.heads,
             Listed=self._listed,
             Commands=self._commands,
             room=heads.items,
