@@ -48,7 +48,7 @@ class GeometryPasses:
         self._grass_last = needs.all_else_first
         self._depth, self._timers = depth, timers
         self._blocks = [BlockBuffer(device.ctx, VIEW_BLOCK) for _ in range(MIRROR + 1)]
-        self._terrain = Terrain(device, world, stage, self._grass_last)
+        self._terrain = Terrain(device, world, stage, self._grass_last, (needs.thinning, needs.shrinking))
         self._solids = Solids(device, world)
         self._heads = Heads(device, world)
         self.flowers = BillboardFlowers(device, world)

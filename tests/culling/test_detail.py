@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+import greensward as gs
 from greensward.gpu.view import VIEW_BLOCK
 from greensward.scene import Scene, SurfaceClass
 from greensward.sowing.species import SWARD_BLOCK
@@ -187,3 +188,29 @@ def test_ground_beyond_the_blades_has_their_colour_in_any_light(renderer, height
         colours.append([light[band].mean(0)[:2] for band in bands])
         drawn.release()
     assert np.abs(np.array(colours[0]) / np.array(colours[1]) - 1.0).max() < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sun_deg", [12.0, 55.0])
+@pytest.mark.parametrize("name", ["jahrmann2013-meadow", "jahrmann2013-wheat"])
+def test_blades_that_thin_out_end_in_the_colour_of_the_ground(renderer, name, sun_deg):
+    scene = gs.load(name)
+    camera = {"position_m": (0.0, 8.0, 0.0), "target_m": (0.0, 0.0, -60.0), "fov_y_deg": 16.0}
+    changed = scene.model_copy(
+        update={
+            "ground": scene.ground.model_copy(update={"height_m": 0.0}),
+            "camera": scene.camera.model_copy(update=camera),
+            "sun": scene.sun.model_copy(update={"elevation_deg": sun_deg}),
+            "sky": scene.sky.model_copy(update={"clouds": 0.0}),
+            "object": (),
+            "force": (),
+            "wind": (),
+        }
+    )
+    frame = renderer(changed, size=(240, 240), samples=4).render(aovs=["depth"])
+    along, light = frame.truth["depth"] / scene.sowing.reach_m, (frame.image / 255.0) ** 2.2
+    bands = [light[(along >= low) & (along < high)] for low, high in ((0.6, 0.8), (0.8, 1.0), (1.0, 1.3))]
+    means = np.array([band.mean(0) for band in bands])
+    differs = np.abs(means[:2, :2] / means[2, :2] - 1.0).max(axis=1)
+    assert differs[1] < 0.12
+    assert differs[0] < 0.4  # and there is no edge on the way

@@ -79,6 +79,30 @@ def test_heads_of_objects_sit_at_the_tips_at_any_distance(renderer):
     assert max(spans) < 0.2  # of a head as large as nine
 
 
+def test_far_heads_of_objects_stand_on_stems(renderer):
+    box = {"kind": "box", "position_m": [0.0, 0.0, -10.0], "size_m": [8.0, 2.0, 3.0]}
+    tall = {"species": "daisy", "head_share": 1.0, "height_m": [0.6, 0.8], "stiffness": [1.0, 1.0]}
+    camera = {"position_m": [0.0, 2.2, 0.0], "target_m": [0.0, 2.2, -10.0], "fov_y_deg": 24}
+    scene = small_scene(
+        grass=[{**tall, "width_m": [0.001, 0.001]}],
+        object=[{**box, "grass": {"density_per_m2": 10.0}}],
+        camera=camera,
+        wind=[],
+        sowing={"density_per_m2": 0.0},
+    )
+    truth = renderer(scene, size=(320, 180)).render(aovs=["class", "blade_id"]).truth
+    horizon = 90
+    stems = heads = 0
+    for each in np.unique(truth["blade_id"][:horizon][truth["class"][:horizon] == SurfaceClass.FLOWER]):
+        rows, columns = np.nonzero((truth["class"] == SurfaceClass.FLOWER) & (truth["blade_id"] == each))
+        if rows.max() < horizon - 5 and np.ptp(columns) < 6:
+            own = (truth["class"] == SurfaceClass.GRASS) & (truth["blade_id"] == each)
+            heads += 1
+            stems += own[rows.max() + 1 : rows.max() + 5].any(axis=1).sum()
+    assert heads > 20
+    assert stems > 2 * heads
+
+
 def _sit_at_tips(drawn, scene, within_m):
     truth = drawn.render(aovs=["class", "depth", "blade_id"]).truth
     rows, columns = np.nonzero((truth["class"] == SurfaceClass.FLOWER) & (truth["depth"] < within_m))

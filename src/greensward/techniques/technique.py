@@ -29,6 +29,11 @@ class Needs:
     """Factor on `sowing.density_per_m2` of what is sown, of which it leaves some out."""
     beside: float = 0.0
     """Distance at which it draws others beside a stored blade, in mean distances between blades."""
+    thinning: float = 0.0
+    """Part of the blades that it leaves out at `sowing.reach_m`; less nearer, in proportion to distance. The ground
+    takes on what they would have shown."""
+    shrinking: float = 0.0
+    """Part of their height that it leaves out there, likewise."""
     all_else_first: bool = False
     """All else must be in a picture before it."""
 

@@ -57,7 +57,6 @@ class Heads:
 
     def draw(self, view: View) -> None:
         """Draw every head that the view may show."""
-        each = self._heads_each(view)
         # in shadow maps a head is always a triangle
         levels = range(_FAR if view.purpose == "shadow" else 0, _FAR + 1)
         for shown in self._world.visible.of(view):
@@ -67,6 +66,8 @@ class Heads:
             values = dict(page.bindings)
             if page.sown is not None:
                 values["Sown"] = page.sown
+            # on an object the places of neighbours are unknown
+            each = [1] * (1 + _FAR) if page.object_index is not None else self._heads_each(view)
             self._fill(shown, page, values, view, each)
             for level in levels:
                 self._draws[view.purpose].run_indirect(
@@ -98,6 +99,8 @@ class Heads:
     def _fill(self, shown: DrawList, page: Page, values: Bindings, view: View, each: list[int]) -> None:
         """List the heads of a page that the view shows by level, with a draw command for each."""
         device, heads, words = self._device, shown.heads, (_FAR + 1) * shown.heads.count
+        # heads of an object stand against the sky, where one sees what carries them
+        far_stems = int(page.object_index is not None and view.purpose == "picture")
         self._listed = at_least(device, self._listed, (_FAR + 1) * heads.items * WORD)
         self._compaction.make_room(words)
         chunked = {
@@ -123,7 +126,7 @@ class Heads:
             Listed=self._listed,
             Commands=self._commands,
             room=heads.items,
-            vertices=[*(vertices for _, vertices in LEVELS), 3 * each[_FAR]],
+            vertices=[*(vertices for _, vertices in LEVELS), 3 * (each[_FAR] + far_stems)],
             instances=[*each[:_FAR], 1],
         )
         device.ctx.memory_barrier(STORAGE_WRITTEN | COMMANDS_WRITTEN)

@@ -58,12 +58,9 @@ bool findHead(uint index, out Head h) {
     return h.fade > 0.0;
 }
 
-// As how many heads it is drawn at most: those of an object stand alone, as their neighbours' places are not known
-float mostOf(Head h, float heads_each) { return isOnObject(h.blade) ? 1.0 : heads_each; }
-
 // Across and along its axis: where it stands for more than are drawn, a seed head grows more in width than in length.
 // As less of a larger head is hidden, that is less than what they stand for; fitted with scripts/measure_detail.py.
 vec2 grownSize(Head h, float heads_each) {
-    float larger = pow(max(h.each / mostOf(h, heads_each), 1.0), 0.87);
+    float larger = pow(max(h.each / heads_each, 1.0), 0.87);
     return h.size * (h.flower ? vec2(sqrt(larger)) : vec2(pow(larger, 0.75), pow(larger, 0.25)));
 }

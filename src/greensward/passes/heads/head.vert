@@ -1,4 +1,4 @@
-// Head of a blade: a mesh, or far away a triangle; beside it, heads of blades that distance leaves out.
+// Head of a blade: a mesh, or far away a triangle, on objects with another one as its stem; beside it, heads of blades that distance leaves out.
 #include "passes/heads/head.glsl"
 #include "passes/heads/tables"
 #include "layout/HeadVertex"
@@ -49,25 +49,28 @@ vec3 farCorner(int corner, vec3 axis, vec3 toViewer, float area, float wide, flo
     return corner == 2 ? upwards * reach : side * wide * (float(corner) - 0.5);
 }
 
-// On the ribbon along the upper end of the blade that joins it to its head: side is -1 or 1, down 0 at the head to 1
-vec3 stemCorner(Head h, float side, float down, vec3 toViewer, float depth_m) {
+const vec2 farStem[] = vec2[](vec2(-2.0, 0.0), vec2(2.0, 0.0), vec2(0.0, 2.0));
+
+// On the ribbon along the upper end of the blade that joins it to its head: across it from -1 to 1, down it from 0 to 1
+vec3 stemCorner(Head h, vec2 corner, vec3 toViewer, float depth_m) {
     vec3 v1 = mix(h.root, h.v1, h.fade);
-    float t = 1.0 - STEM * down;
+    float t = 1.0 - STEM * corner.y;
     float wide = max(STEM_WIDTH * h.blade.width, STEM_LEAST_PX * (view.pixel_m.x * depth_m + view.pixel_m.y));
     vec3 across = cross(bezierTangent(h.root, v1, h.tip, t), toViewer);
-    return bezierPoint(h.root, v1, h.tip, t) - h.tip + 0.5 * side * wide * across / max(length(across), 1e-6);
+    return bezierPoint(h.root, v1, h.tip, t) - h.tip + 0.5 * corner.x * wide * across / max(length(across), 1e-6);
 }
 
 void main() {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-    int member = level == FAR ? gl_VertexID / 3 : gl_InstanceID % heads_each;
+    bool isStem = level == FAR && gl_VertexID >= 3 * heads_each;
+    int member = isStem ? 0 : level == FAR ? gl_VertexID / 3 : gl_InstanceID % heads_each;
     uint index = listed[uint(level) * room + uint(level == FAR ? gl_InstanceID : gl_InstanceID / heads_each)];
     Head h;
     findHead(index, h);
     Blade b = h.blade;
     // all that it stands for are drawn, as far as they may
     float part = member == 0 ? 1.0 : sqrt(clamp(h.each - float(member), 0.0, 1.0));
-    if (part <= 0.0 || float(member) >= mostOf(h, float(heads_each))) return;
+    if (part <= 0.0) return;
     int kindOfGrass = bladeSpecies(b), kind = int(species(kindOfGrass, MIX).w);
     vec2 grown = part * grownSize(h, float(heads_each));
     vec3 at = h.tip + toMember(b, member);
@@ -80,19 +83,21 @@ void main() {
                          : normalize(tangent - 0.12 * up + 0.12 * wander);
     vec3 offset, normal;
     vec2 paint;  // heart and stem, as parts of the colour
+    vec2 stem;   // which corner of it
     float shade;
     vec3 eye = view.eye_rs.xyz - at * view.eye_rs.w, toViewer = normalize(eye);
-    bool isStem = false;
     if (level == FAR) {
         float area = outline(kind, dot(axis, toViewer)) * grown.x * grown.y;
         offset = farCorner(gl_VertexID % 3, axis, toViewer, area, h.flower ? grown.x : 0.5 * grown.x, grown.y);
         normal = axis + toViewer;
         paint = far_paint[kind];
         shade = 0.94;
+        stem = farStem[gl_VertexID % 3];
     } else {
         HeadVertex corner = mesh[kind * VERTICES + levels[level].x + gl_VertexID];
         if (corner.normal.xyz == vec3(0.0)) return;  // padding of the mesh
         isStem = corner.place.w < 0.0;
+        stem = corner.place.xy;
         vec3 helper = abs(axis.y) < 0.95 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0);
         vec3 e1 = normalize(cross(helper, axis)), e3 = cross(axis, e1);
         float turn = 6.2832 * fract(random * 13.7);
@@ -101,14 +106,15 @@ void main() {
         normal = frame * corner.normal.xyz;
         paint = vec2(corner.place.w, corner.normal.w);
         shade = mix(0.8, 1.0, clamp(corner.place.y * 2.0 + 0.3, 0.0, 1.0));
-        if (isStem) {
-            offset = stemCorner(h, corner.place.x, corner.place.y, toViewer, length(eye));
-            normal = toViewer + up;
-            paint = vec2(0.0, 1.0);
-            shade = 1.0;
-        }
     }
-    if (!h.flower && !isStem) offset -= axis * 0.12 * grown.y;
+    if (isStem) {
+        offset = stemCorner(h, stem, toViewer, length(eye));
+        normal = toViewer + up;
+        paint = vec2(0.0, 1.0);
+        shade = 1.0;
+    } else if (!h.flower) {
+        offset -= axis * 0.12 * grown.y;
+    }
     gl_Position = view.jittered_clip_from_relative * vec4(at + offset, 1.0);
 #ifndef SHADOW
     position_rs = at + offset;

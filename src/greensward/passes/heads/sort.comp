@@ -23,7 +23,7 @@ bool showsAt(uint index, out int level) {
 #endif
 #ifdef FRUSTUM
     vec2 grown = grownSize(h, heads_each[level]);
-    float others = min(h.each, mostOf(h, heads_each[level])) - 1.0, reach = 1.2 * max(grown.x, grown.y);
+    float others = min(h.each, heads_each[level]) - 1.0, reach = 1.2 * max(grown.x, grown.y);
     if (others > 0.0) reach += apart(bladeSpecies(h.blade)) * spread(others) * 1.5;
     return !outside(h.tip, h.tip, h.tip, reach);
 #else

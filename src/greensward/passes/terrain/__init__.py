@@ -24,9 +24,12 @@ class Terrain:
     """Draws the ground with the colour of soil, maps, and of the sward where blades end.
 
     `after_all`: in pictures all that needs the depth buffer is drawn before it, so that a compute shader may draw it.
+    `left_out`: parts of the number and of the height of blades that are left out at `sowing.reach_m`.
     """
 
-    def __init__(self, device: Device, world: World, stage: Stage, after_all: bool) -> None:
+    def __init__(
+        self, device: Device, world: World, stage: Stage, after_all: bool, left_out: tuple[float, float]
+    ) -> None:
         ctx = device.ctx
         self._exists = world.ground.heights.exists
         self._rays = _Rays(device, world, stage, after_all)
@@ -49,6 +52,7 @@ class Terrain:
             defines={**tiles, **sward_defines(world.scene)},
             bindings=world.bindings,
         )
+        self._left_out = left_out
         corners = (self._corners, "2f4", "corner")
         meshes = Mesh((corners,), self._full), Mesh((corners,), self._ring)
         stages = f"{_FOLDER}/terrain.vert", f"{_FOLDER}/terrain.frag"
@@ -69,7 +73,7 @@ class Terrain:
         """Fill in colour and normal of the pixels that show ground."""
         if not self._exists:
             return
-        self._material.run(gbuffer.colour, gbuffer.normal)
+        self._material.run(gbuffer.colour, gbuffer.normal, left_out=self._left_out)
 
     def release(self) -> None:
         """Free the GPU resources."""

@@ -4,6 +4,7 @@
 #include "shaders/gbuffer.glsl"
 
 uniform sampler2D soil;
+uniform vec2 left_out;  // parts of the number and of the height of blades that the technique leaves out at the reach
 #ifdef TILES
 uniform sampler2DArray tile_soils;  // square roots of colours
 #endif
@@ -66,6 +67,9 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     float least = view.camera_pixel_m.x * away + view.camera_pixel_m.y;
     float layers = occludingLayers(crowding, dot(view.camera_ws.xyz - position_ws, normal) / away, least);
     float thinned = 1.0 - exp(-layers * max(wantedCoverage(layers, away) - greatestCoverage(away, least), 0.0));
+    vec2 kept = 1.0 - left_out * min(away / sward.reach_m, 1.0);
+    float missing = 1.0 - kept.x * kept.y;
+    thinned = max(thinned, 1.0 - exp(-layers * missing * missing));
     if (sward.blades_m < sward.reach_m) thinned = max(thinned, farFade(away));
     float beyond = smoothstep(0.8, 1.0, away / sward.reach_m);
     // from afar turf ends in tufts: between turf and soil there is no half-way to light

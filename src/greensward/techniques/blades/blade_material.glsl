@@ -18,6 +18,9 @@ void bladeColours(Blade b, vec3 shade, out vec3 root, out vec3 tip) {
     tip = shade * mix(species(kind, TIP).rgb, dry, bladeDryness(b));
 }
 
+// Far away a blade is shaded as the wall of blades that it stands for, turned to the viewer as much as up
+vec3 wallNormal(vec3 up, vec3 toViewer) { return normalize(0.8 * normalize(toViewer - up * dot(toViewer, up)) + 0.75 * up); }
+
 Material materialOf(Blade b, BladeBounds h, bool on_ground) {
     int kind = bladeSpecies(b);
     vec3 up = bladeUp(b), toViewer = toViewerFrom(h.middle), shade = shadeOf(b), root, tip;
@@ -29,7 +32,5 @@ Material materialOf(Blade b, BladeBounds h, bool on_ground) {
     float share = coverageOf(b, h), far = smoothstep(8.0, 90.0, h.away * nearer(b, share));
     tip = mix(tip, tip / shade, 0.7 * far);
     root = mix(root, 0.9 * tip, 0.85 * far);
-    // shaded as the wall of blades that it stands for, turned to the viewer as much as up
-    vec3 wall = normalize(0.8 * normalize(toViewer - up * dot(toViewer, up)) + 0.75 * up);
-    return Material(vec4(root, species(kind, ROOT).w), vec4(tip, mix(species(kind, TIP).w, 0.95, far)), b.height / max(sward.canopy_m, 1e-3), far, share, wall, map.a);
+    return Material(vec4(root, species(kind, ROOT).w), vec4(tip, mix(species(kind, TIP).w, 0.95, far)), b.height / max(sward.canopy_m, 1e-3), far, share, wallNormal(up, toViewer), map.a);
 }

@@ -73,7 +73,12 @@ class TessellatedQuads:
     @staticmethod
     def needs(settings: QuadSettings) -> Needs:
         """Stored blades, and those of its densest patches; instanced it brings its own for the ground."""
-        return Needs(on_ground=settings.mode == "basic", density=settings.most_density)
+        return Needs(
+            on_ground=settings.mode == "basic",
+            density=settings.most_density,
+            thinning=settings.thinning,
+            shrinking=settings.shrinking,
+        )
 
     def _draws_of(self, bindings: Bindings, defines: dict[str, object]) -> dict[str, Draw]:
         """Programs that draw stored or instanced blades, by the purpose of a view."""

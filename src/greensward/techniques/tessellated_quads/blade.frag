@@ -54,12 +54,12 @@ void main() {
     vec3 texel = texture(blade_images, vec3(uv, float(identity.y))).rgb;
     texel *= texel;
     bool textured = (own_colours >> identity.y & 1u) != 0u;
-    s.baseColour = textured ? varied(mix(texel, s.baseColour, place.w)) : s.baseColour * texel;
 #ifdef SHADED_ALONE
     // and a blade is darker near the ground: times the vertical texture coordinate
-    s.baseColour = (textured ? s.baseColour : varied(s.baseColour)) * uv.y;
+    s.baseColour = mix(varied(textured ? mix(texel, root.rgb, place.w) : root.rgb * texel) * uv.y, tip.rgb, place.y);
     s.occlusion = 1.0;
 #else
+    s.baseColour = textured ? varied(mix(texel, s.baseColour, place.w)) : s.baseColour * texel;
     // far blades stand for many
     if (textured) s.baseColour *= mix(0.55, 1.0, max(uv.y, place.y));
 #endif

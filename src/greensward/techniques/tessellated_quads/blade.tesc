@@ -2,7 +2,7 @@
 #include "techniques/tessellated_quads/quad.glsl"
 #include "techniques/tessellated_quads/outlined.glsl"
 #include "culling/tests.glsl"
-#include "layout/Sward"
+#include "techniques/tessellated_quads/thinning.glsl"
 
 layout(vertices = 1) out;
 
@@ -10,7 +10,6 @@ layout(vertices = 1) out;
 layout(std430) buffer Drawn { uint drawn[]; };  // blades, summed in 1,024 parts
 #endif
 
-uniform float thinning;
 uniform int measure;  // of the level: distance, size, length
 uniform float px_per_quad;
 
@@ -43,9 +42,7 @@ void main() {
     vec3 root = 0.5 * (b.corners[0] + b.corners[1]);
     float away = distance(root + view.origin_ws.xyz, view.camera_ws.xyz), level = 0.0, fade = 1.0;
     if (b.shape.z > 0.0) {
-        // Section 6.3: more blades are left out the farther they are, at random
-        float share = 1.0 - thinning * min(away / sward.reach_m, 1.0);
-        fade = thinning > 0.0 ? clamp((share * (1.0 + FADING) - b.shape.w) / FADING, 0.0, 1.0) : 1.0;
+        fade = thinning > 0.0 ? clamp((partOfBlades(away) * (1.0 + FADING) - b.shape.w) / FADING, 0.0, 1.0) : 1.0;
         level = levelOf(b, away);
     }
     narrow(b.corners, fade);

@@ -59,11 +59,11 @@ void main() {
     material = bent.material;
     previousClip = (view.previous_clip_from_relative * (previous_from_now * vec4(positionBefore(), 1.0))).xyw;
     vec3 toEye = view.eye_rs.xyz - p.position * view.eye_rs.w;
-#ifdef SHADED_ALONE
-    normal_ws = towards(toEye, trueNormal(uv.y));
-#else
     vec3 wall = octahedralDecode(unpackSnorm2x16(bent.material.w));
     vec4 place = unpackUnorm4x8(bent.material.z);
+#ifdef SHADED_ALONE
+    normal_ws = mix(towards(toEye, trueNormal(uv.y)), wall, place.y);
+#else
     // towards the tip where one blade stands for many
     vec3 normal = trueNormal(place.z < 0.99 ? higher(uv.y, place.z, TURNED) : uv.y);
     normal_ws = roundedNormal(normal, bent.trueSide, p.bitangent, toEye, uv.x, wall, place.y);

@@ -13,6 +13,7 @@
 #include "techniques/tessellated_quads/quad.glsl"
 #include "techniques/tessellated_quads/outlined.glsl"
 #include "techniques/tessellated_quads/parameters.glsl"
+#include "techniques/tessellated_quads/thinning.glsl"
 
 const float TURN = 6.28318531;
 
@@ -29,7 +30,6 @@ uniform bool on_ground;  // where patches and maps lie
 #endif
 
 uniform uint first_blade_number;
-uniform float shrinking;
 uniform uint own_colours;  // bits of the species that have a diffuse texture
 
 out Outlined blade;
@@ -132,11 +132,13 @@ vec3 sideOf(Blade b, vec3 up, vec3 chord) {
 #ifndef SHADOW
 Material ownMaterial(Blade b, BladeBounds h) {
 #ifdef SHADED_ALONE
-    // section 5.1: the texel or the vegetation map, and nothing of the sward around
+    // section 5.1: the texel or the vegetation map, and nothing of the sward around; at the reach, like the ground beyond
     int kind = bladeSpecies(b);
     vec4 map = on_ground ? paintedAt(bladeRoot(b).xz, 0.0) : vec4(0.0), root = species(kind, ROOT), tip = species(kind, TIP);
-    vec3 colour = (own_colours >> uint(kind) & 1u) != 0u ? map.rgb : mix(tip.rgb, map.rgb, map.a);
-    return Material(vec4(colour, root.w), vec4(colour, tip.w), 0.0, 0.0, 1.0, bladeUp(b), map.a);
+    vec3 of_many = mix(tip.rgb, map.rgb, map.a), alone = (own_colours >> uint(kind) & 1u) != 0u ? map.rgb : of_many;
+    float missing = 1.0 - partOfBlades(h.away) * partOfHeight(h.away), far = missing * missing;
+    vec3 wall = wallNormal(bladeUp(b), toViewerFrom(h.middle));
+    return Material(vec4(alone, root.w), vec4(of_many, mix(tip.w, 0.95, far)), 0.0, far, 1.0, wall, map.a);
 #else
     return materialOf(b, h, on_ground);
 #endif
@@ -156,8 +158,7 @@ void main() {
     offsetAtRandom(f, up, rest, tip, before);
 #endif
     vec2 r = vec2(mix(0.75, 1.25, f.random[5]), mix(-0.25, 0.25, f.random[6]));
-    // section 6.3: lower with distance
-    float lower = 1.0 - shrinking * min(f.h.away / sward.reach_m, 1.0);
+    float lower = partOfHeight(f.h.away);
     BladeBounds h = f.h;
     h.v1 = h.v0 + lower * controlPoint(vec3(0.0), tip, up, r);
     h.v2 = h.v0 + lower * tip;

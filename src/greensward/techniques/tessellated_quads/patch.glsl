@@ -3,6 +3,7 @@
 #include "culling/level_of_detail.glsl"
 #include "techniques/tessellated_quads/variation.glsl"
 #include "techniques/tessellated_quads/parameters.glsl"
+#include "techniques/tessellated_quads/thinning.glsl"
 #include "culling/tests.glsl"
 #include "layout/PatternRoot"
 
@@ -15,7 +16,6 @@ uniform int blades_per_patch;  // at this density
 uniform int blades_stored;
 uniform int variation;
 uniform float tallest_m;
-uniform float thinning;
 
 vec2 placeOf(ivec2 place, PatternRoot s) { return (vec2(place - anchor_patch) + vec2(s.x, s.z) - in_patch) * patch_m; }
 
@@ -38,7 +38,7 @@ bool mayShow(uint index, ivec2 place, PatternRoot s) {
     if (rank > lodCoverage(near, view.density)) return false;
 #endif
     // as blade.tesc has it
-    if (rank > (1.0 - thinning * min(near / sward.reach_m, 1.0)) * (1.0 + FADING)) return false;
+    if (rank > partOfBlades(near) * (1.0 + FADING)) return false;
     vec3 root = vec3(xz.x, groundHeight(xz), xz.y) - view.origin_ws.xyz;
     return !outside(root, root, root, 2.0 * tallest_m + sward.clump_m);
 }
