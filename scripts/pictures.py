@@ -27,8 +27,8 @@ import greensward as gs
 from greensward.aovs import AOVS
 from greensward.gpu.adapters import open_context
 from greensward.ground.noise import octaves
-from greensward.io.rasters import written_aside
 from greensward.scene import InputError
+from greensward.scene.files import written_aside
 from greensward.viewer.application import Application
 from greensward.viewer.brushes import Brush, Tool
 from greensward.viewer.contexts import Contexts

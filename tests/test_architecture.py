@@ -27,7 +27,7 @@ _LAYERS = (
     ("motion", "culling", "sowing", "objects", "ground"),
     ("gpu", "io"),
     ("scene",),
-    ("aovs",),
+    ("aovs", "interrupts"),
 )
 _ORDERED = {"cli", "viewer", "bench", "motion", "culling", "sowing", "objects", "ground"}
 _FORBIDDEN = {"utils", "util", "helpers", "helper", "manager", "core", "common", "misc", "base_class"}

@@ -50,8 +50,8 @@ def test_what_is_written_is_read_again(kept, tmp_path):
             "is of format unknown, written by greensward 9, and must be of",
         ),
         ('{"machine": {"format": 99}, "rows": []}', "is of format 99"),
-        ('{"machine": {"format": 1}, "rows": [{"workload": "x"}]}', r"rows\[0\]: lacks technique"),
-        ('{"machine": {"format": 1}, "rows": [3]}', r"rows\[0\]: lacks workload"),
+        ('{"machine": {"format": 1}, "rows": [{"workload": "x"}]}', r"rows\[0\]\.technique: is missing"),
+        ('{"machine": {"format": 1}, "rows": [3]}', r"rows\[0\]: must be a table"),
     ],
 )
 def test_a_file_of_another_kind_or_version_is_refused(text, told, tmp_path):

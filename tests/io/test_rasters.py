@@ -14,16 +14,9 @@ from PIL import Image
 
 from greensward.io import rasters
 from greensward.io.elevation import read_heights
-from greensward.io.rasters import (
-    check_writable,
-    read_colours,
-    read_rgba,
-    spread,
-    write_npz,
-    write_picture,
-    written_aside,
-)
+from greensward.io.rasters import PICTURES, read_colours, read_rgba, spread, write_npz, write_picture
 from greensward.scene.errors import GreenswardError, InputError
+from greensward.scene.files import check_writable, written_aside
 
 GREY8 = np.array([[0, 51], [102, 255], [204, 153]], np.uint8)
 GREY16 = GREY8.astype(np.uint16) * 257
@@ -270,7 +263,7 @@ def test_pictures_of_no_known_white_are_refused(tmp_path):
 @pytest.mark.parametrize("name", ["a.png", "a.PNG", "a.jpg", "a.jpeg", "a.tif", "a.tiff", "a.webp"])
 def test_a_picture_is_written_in_the_format_of_its_ending(tmp_path, name):
     image = np.full((4, 6, 3), 128, np.uint8)
-    check_writable(tmp_path / name)
+    check_writable(tmp_path / name, tuple(PICTURES))
     write_picture(tmp_path / name, image)
     with Image.open(tmp_path / name) as picture:
         assert picture.format == rasters.PICTURES[name[1:].lower()]
@@ -314,15 +307,15 @@ def test_what_is_written_has_the_usual_mode(tmp_path):
 
 
 def test_an_output_that_cannot_be_written_is_told_before_the_work(tmp_path):
-    assert "must end in one of .png, .jpg" in refused(check_writable, tmp_path / "a.gif")
-    assert refused(check_writable, tmp_path / "a").endswith("(it has none)")
-    assert "there is no folder" in refused(check_writable, tmp_path / "no" / "a.png")
+    assert "must end in one of .png, .jpg" in refused(check_writable, tmp_path / "a.gif", tuple(PICTURES))
+    assert refused(check_writable, tmp_path / "a", tuple(PICTURES)).endswith("(it has none)")
+    assert "there is no folder" in refused(check_writable, tmp_path / "no" / "a.png", tuple(PICTURES))
     (tmp_path / "d.png").mkdir()
-    assert "is a folder" in refused(check_writable, tmp_path / "d.png")
+    assert "is a folder" in refused(check_writable, tmp_path / "d.png", tuple(PICTURES))
     (tmp_path / "f").touch()
-    assert "there is no folder" in refused(check_writable, tmp_path / "f" / "a.png")
-    assert "cannot be written" in refused(check_writable, tmp_path / ("x" * 300 + ".png"))
-    assert refused(check_writable, tmp_path / "a\0.png")
+    assert "there is no folder" in refused(check_writable, tmp_path / "f" / "a.png", tuple(PICTURES))
+    assert "cannot be written" in refused(check_writable, tmp_path / ("x" * 300 + ".png"), tuple(PICTURES))
+    assert refused(check_writable, tmp_path / "a\0.png", tuple(PICTURES))
     check_writable(tmp_path / "a.npz", (".npz",))
     assert not (tmp_path / "a.npz").exists()
 
@@ -330,7 +323,7 @@ def test_an_output_that_cannot_be_written_is_told_before_the_work(tmp_path):
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
 def test_a_folder_that_cannot_be_written_is_told(tmp_path):
     tmp_path.chmod(0o500)
-    assert "cannot be written: Permission denied" in refused(check_writable, tmp_path / "a.png")
+    assert "cannot be written: Permission denied" in refused(check_writable, tmp_path / "a.png", tuple(PICTURES))
 
 
 def test_hidden_colours_are_those_of_what_is_visible_beside_them(tmp_path):

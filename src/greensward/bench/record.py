@@ -5,12 +5,68 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
 from greensward.bench.suite import FORMAT
-from greensward.io.rasters import written_aside
-from greensward.scene import GreenswardError, InputError
+from greensward.scene import GreenswardError, InputError, SceneError
+from greensward.scene.files import read_file, written_aside
+from greensward.scene.problems import sentences
 
 Record = dict[str, Any]
-_COLUMNS = ("workload", "technique", "case", "width", "height", "frame_ms_median", "frames")
+_SAME = ("workload", "technique", "case", "width", "height")
+"""Columns that say what was measured."""
+_LARGEST = 256 * 2**20
+_Strict = ConfigDict(strict=True, extra="allow", allow_inf_nan=False)
+_Figure = float | None
+
+
+class _Row(BaseModel):
+    """One measurement; other columns than these hold numbers."""
+
+    model_config = _Strict
+    __pydantic_extra__: dict[str, _Figure | list[float]] = Field(init=False)
+    workload: str
+    technique: str
+    case: str
+    width: int
+    height: int
+    frame_ms_median: float
+    frames: int
+    outliers_ms: list[float] = []
+    pass_ms: dict[str, _Figure] = {}
+    cpu_pass_ms: dict[str, _Figure] | None = None
+    published: str = ""
+    scene_hash: str | None = None
+
+
+class _Skipped(BaseModel):
+    """A case that could not be measured, and why."""
+
+    model_config = ConfigDict(strict=True, extra="forbid")
+    workload: str = ""
+    technique: str = ""
+    case: str = ""
+    reason: str = ""
+
+
+class _Machine(BaseModel):
+    """Machine of a run, and its settings."""
+
+    model_config = _Strict
+    __pydantic_extra__: dict[str, str | float | bool | None] = Field(init=False)
+    libraries: dict[str, str | None] = {}
+    skipped: list[_Skipped] = []
+    incomplete: str | None = None
+    commit: str | None = None
+    camera_path: str | None = None
+
+
+class _Record(BaseModel):
+    """The file of a run."""
+
+    model_config = ConfigDict(strict=True, extra="forbid")
+    machine: _Machine
+    rows: list[_Row]
 
 
 def write(path: Path, record: Record) -> None:
@@ -20,12 +76,13 @@ def write(path: Path, record: Record) -> None:
 
 
 def read(path: Path) -> Record:
-    """Read what `write` wrote. Raises `InputError` for anything else, and for another version of the format."""
+    """Read what `write` wrote. Raises `InputError` for anything else, and for another version of the format.
+
+    What is not as `write` has it is told in a sentence each.
+    """
     try:
-        record: Record = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except ValueError:
+        record: Record = json.loads(read_file(path, _LARGEST, "a record of measurements"))
+    except (ValueError, RecursionError):
         raise InputError(f"{path}: is no JSON; give a file that greensward bench --json wrote") from None
     machine = record.get("machine") if isinstance(record, dict) else None
     rows = record.get("rows") if isinstance(record, dict) else None
@@ -36,10 +93,10 @@ def read(path: Path) -> Record:
             f"{path}: is of format {found}, written by greensward {machine.get('greensward', 'unknown')}, and must "
             f"be of format {FORMAT}; measure again"
         )
-    for number, row in enumerate(rows):
-        lacking = [name for name in _COLUMNS if not isinstance(row, dict) or name not in row]
-        if lacking:
-            raise InputError(f"{path}: rows[{number}]: lacks {lacking[0]}; measure again")
+    try:
+        _Record.model_validate(record)
+    except ValidationError as error:
+        raise SceneError(sentences(error, _Record, lambda _: str(path))) from None
     return record
 
 
@@ -50,7 +107,7 @@ def merged(records: Mapping[Path, Record]) -> Record:
         if len(found := {machine.get(name) for machine in machines}) > 1:
             listed = ", ".join(sorted(map(str, found)))
             raise InputError(f"--from: the files must be of one {name} (got {listed}); give each its own report")
-    rows = {tuple(row[name] for name in _COLUMNS[:5]): row for record in records.values() for row in record["rows"]}
+    rows = {tuple(row[name] for name in _SAME): row for record in records.values() for row in record["rows"]}
     skipped = [each for machine in machines for each in machine.get("skipped", [])]
     incomplete = "; ".join(filter(None, (machine.get("incomplete") for machine in machines))) or None
     commits = ", ".join(dict.fromkeys(machine["commit"] for machine in machines if machine.get("commit"))) or None

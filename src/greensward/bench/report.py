@@ -13,8 +13,8 @@ from greensward.bench import tables
 from greensward.bench.plots import plots
 from greensward.bench.quality import Picture
 from greensward.bench.record import Record
-from greensward.io.rasters import written_aside
 from greensward.scene import GreenswardError
+from greensward.scene.files import written_aside
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #1d241a; }

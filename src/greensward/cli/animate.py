@@ -27,6 +27,7 @@ from greensward.cli.options import (
     above_zero,
     finite,
     load_scene,
+    named,
     progress,
     spare_what_is_read,
 )
@@ -155,6 +156,7 @@ def animate(
     loading_s = time.perf_counter() - begin
     with (
         _interruptible(output),
+        named(scene),
         Renderer(loaded, size=size, samples=samples or 1, temporal=samples is None, device=device) as renderer,
         progress() as notify,
     ):
@@ -280,7 +282,7 @@ def _spare(scene: "Scene", output: str, files: "FrameFiles | None", checkpoint: 
     video = Path(output).resolve()
     spare_what_is_read(scene, output, files.holds if files else lambda path: path == video)
     if checkpoint:
-        from greensward.io.rasters import check_writable
+        from greensward.scene.files import check_writable
 
         check_writable(checkpoint, (".npz",))
         written = checkpoint.resolve()
@@ -289,11 +291,14 @@ def _spare(scene: "Scene", output: str, files: "FrameFiles | None", checkpoint: 
 
 def _hash(scene: "Scene") -> str:
     """Hash of a scene and of the content of its files."""
+    from greensward.scene.files import open_file
     from greensward.scene.load import dump, named_files
 
     scene_hash = hashlib.sha256(dump(scene).encode())
     for _, path in named_files(scene):
-        scene_hash.update(hashlib.sha256(path.read_bytes()).digest())
+        with open_file(path) as stream:
+            digest = hashlib.file_digest(stream, "sha256")  # type: ignore[arg-type]  # what typeshed asks for, it has
+            scene_hash.update(digest.digest())
     return scene_hash.hexdigest()
 
 

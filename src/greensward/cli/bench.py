@@ -194,7 +194,7 @@ def _measure(wanted: "Wanted", json_file: Path | None, report: Path | None) -> N
 def _check(json_file: Path | None, report: Path | None) -> None:
     """Refuse what cannot be written, which is best known before hours of work."""
     from greensward.bench.record import check_folder
-    from greensward.io.rasters import check_writable
+    from greensward.scene.files import check_writable
 
     if json_file:
         check_writable(json_file, (".json",))

@@ -9,6 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
+from greensward.cli.options import named
+
 EXAMPLES = """\b
 Examples:
   greensward check hill/scene.toml
@@ -21,22 +23,27 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help='Print {"ok": …, "errors": […], "warnings": […]}.')] = False,
 ) -> None:
     """Report every error in a scene and its files, and warn of what is probably not meant."""
+    from greensward.ground import HeightField
     from greensward.lens import directions
     from greensward.scene.colour import GroundColour
     from greensward.scene.errors import InputError, SceneError
     from greensward.scene.load import load, named_files
     from greensward.sowing.colour import green_pictures
-    from greensward.techniques import SETTINGS
+    from greensward.techniques import SETTINGS, chosen
+    from greensward.viewpoint import place
 
     problems: tuple[str, ...] = ()
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", UserWarning)
         try:
             loaded = load(scene, technique_settings=SETTINGS, read_file=_read)
-            if isinstance(loaded.colour, GroundColour):
-                green_pictures(loaded, loaded.colour)
-            if not loaded.camera.is_straight:
-                directions(loaded.camera, loaded.camera.calibrated_px or (1280, 720))
+            with named(scene):
+                if isinstance(loaded.colour, GroundColour):
+                    green_pictures(loaded, loaded.colour)
+                chosen(loaded)
+                place(loaded.camera, HeightField.of(loaded))
+                if not loaded.camera.is_straight:
+                    directions(loaded.camera, loaded.camera.calibrated_px or (1280, 720))
         except InputError as error:
             if not as_json:
                 raise

@@ -17,8 +17,8 @@ def new(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that is new or empty.")],
 ) -> None:
     """Make a folder with a commented scene file to start from."""
-    from greensward.io.rasters import written_aside
     from greensward.scene.errors import GreenswardError, InputError
+    from greensward.scene.files import written_aside
 
     scene = folder / "scene.toml"
     try:

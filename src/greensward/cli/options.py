@@ -132,6 +132,27 @@ def spare_what_is_read(scene: "Scene", output: object, is_written: Callable[[Pat
 
 
 @contextlib.contextmanager
+def named(scene: str) -> Iterator[None]:
+    """Name the scene in the `InputError` of what draws or checks it, which knows keys only."""
+    from greensward.scene.errors import InputError, SceneError
+
+    try:
+        yield
+    except SceneError as error:
+        raise SceneError(_named(scene, problem) for problem in error.problems) from None
+    except InputError as error:
+        raise InputError(_named(scene, str(error))) from None
+
+
+def _named(scene: str, problem: str) -> str:
+    from greensward.scene.scene import Scene
+
+    rule = problem.removeprefix("scene: ")
+    key = re.match(r"\w+(?=[.:\[])", rule)
+    return f"{scene}: {rule}" if key and key[0] in Scene.model_fields else problem
+
+
+@contextlib.contextmanager
 def progress() -> Iterator[Callable[[int, int], None]]:
     """Show progress: a bar and the time left on a terminal, nothing in a pipe."""
     if not sys.stderr.isatty():

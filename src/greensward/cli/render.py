@@ -20,6 +20,7 @@ from greensward.cli.options import (
     View,
     finite,
     load_scene,
+    named,
     progress,
     spare_what_is_read,
 )
@@ -68,10 +69,11 @@ def render(
     """Draw one picture of a scene."""
     begin = time.perf_counter()
     aovs = _aovs(aov or [])
-    from greensward.io.rasters import check_writable, write_npz, write_picture
+    from greensward.io.rasters import PICTURES, write_picture, write_picture_and_truth
+    from greensward.scene.files import check_writable
 
     truth = output.with_suffix(".npz") if aovs else None
-    check_writable(output)
+    check_writable(output, tuple(PICTURES))
     if truth:
         check_writable(truth, (".npz",))
     loaded = load_scene(scene, overrides, seed, technique, camera)
@@ -81,14 +83,19 @@ def render(
     from greensward.renderer import Renderer
 
     loading_s = time.perf_counter() - begin
-    with Renderer(loaded, size=size, samples=samples, device=device) as renderer, progress() as notify:
+    with (
+        named(scene),
+        Renderer(loaded, size=size, samples=samples, device=device) as renderer,
+        progress() as notify,
+    ):
         frame = renderer.render(time_s=time_s, aovs=aovs, progress=notify)
         seconds = {"load": loading_s, **renderer.seconds}
         blades, driver, name = renderer.blades, renderer.driver, renderer.technique_name
     writing = time.perf_counter()
-    write_picture(output, frame.image)
     if truth:
-        write_npz(truth, frame.truth)
+        write_picture_and_truth(output, frame.image, truth, frame.truth)
+    else:
+        write_picture(output, frame.image)
     end = time.perf_counter()
     seconds |= {"write": end - writing, "total": end - begin}
     width, height = size

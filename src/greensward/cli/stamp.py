@@ -41,9 +41,10 @@ def stamp(
     ] = "1",
 ) -> None:
     """Make a force map, for `[[force]]` with `kind = "map"`, from an outline."""
-    from greensward.io.rasters import check_writable, write_picture
+    from greensward.io.rasters import write_picture
     from greensward.motion.outlines import as_picture, forces_around, normals, read_outline, rim_of, signed_distance
     from greensward.scene.errors import InputError
+    from greensward.scene.files import check_writable
 
     check_writable(output, ENDINGS)
     if outline.exists() and outline.resolve() == output.resolve():

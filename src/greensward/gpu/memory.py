@@ -1,9 +1,9 @@
 """Free memory of a device."""
 
 import ctypes
-from pathlib import Path
 
 from greensward.gpu.device import Device
+from greensward.scene.files import free_memory
 
 _NVX_AVAILABLE_KIB, _ATI_FREE_KIB = 0x9049, 0x87FC
 _UNKNOWN = 2 << 30
@@ -12,12 +12,7 @@ _UNKNOWN = 2 << 30
 def available_bytes(device: Device) -> int:
     """Free memory of the device in bytes; 2 GiB where the driver does not report it."""
     if device.software:
-        try:
-            meminfo = Path("/proc/meminfo").read_text(encoding="ascii")
-        except OSError:
-            return _UNKNOWN
-        line = next(line for line in meminfo.splitlines() if line.startswith("MemAvailable"))
-        return int(line.split()[1]) * 1024 // 2
+        return free_memory() // 2
     for extension, name in (
         ("GL_NVX_gpu_memory_info", _NVX_AVAILABLE_KIB),
         ("GL_ATI_meminfo", _ATI_FREE_KIB),

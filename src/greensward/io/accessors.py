@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.io.parts import MOST_TRIANGLES
-from greensward.io.rasters import open_file
 from greensward.scene.errors import InputError
+from greensward.scene.files import read_file
 
 _COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -139,10 +139,7 @@ def bytes_at(path: Path, uri: str) -> bytes:
     found = path.parent / name
     if not found.exists():
         raise InputError(f"{path}: names {name}, which is not there; put it beside")
-    with open_file(found) as stream:
-        if found.stat().st_size > _MOST_BYTES:
-            raise InputError(f"{found}: is larger than {_MOST_BYTES >> 30} GiB")
-        return stream.read()
+    return read_file(found, _MOST_BYTES, "a buffer")
 
 
 def _normalized(values: Values) -> Values:

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, ValidationError, model_validator
 
-from greensward.io.rasters import written_aside
 from greensward.scene.base import Flag, Many, Model, Number, Point
 from greensward.scene.errors import InputError, SceneError
+from greensward.scene.files import written_aside
 from greensward.scene.light import INTRINSICS, Camera
 from greensward.scene.load import read_table
 from greensward.scene.plain import plain

@@ -1,6 +1,7 @@
 """Checkpoints: simulation state after a clip's last frame, from which the next clip continues."""
 
 import math
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,8 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from greensward.io.arrays import read_npy
 from greensward.io.rasters import write_npz
 from greensward.scene.errors import InputError
+from greensward.scene.files import check_memory, open_file
 
 
 @dataclass(frozen=True)
@@ -38,21 +41,31 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
 def read_checkpoint(path: Path) -> Checkpoint:
     """Read a checkpoint. Raises `InputError` for a file that is none."""
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            state = {name: arrays[name] for name in arrays.files}
+        state = _arrays(path)
         following = float(state.pop("clip_following"))
         start_s, fps = float(state.pop("clip_start_s")), float(state.pop("clip_fps"))
         scene = str(state.pop("clip_scene"))
         if not (scene and 0 < fps <= 240 and math.isfinite(start_s) and following >= 1 and following.is_integer()):
             raise ValueError
         return Checkpoint(start_s, fps, int(following), scene, state)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or 'it is no .npz file'}") from None
-    except MemoryError:
+    except (InputError, MemoryError):
         raise
     except Exception:  # a damaged archive raises nearly anything
         raise InputError(
             f"{path}: is damaged or no checkpoint; `greensward animate --checkpoint` writes one"
         ) from None
+
+
+def _arrays(path: Path) -> dict[str, npt.NDArray[Any]]:
+    """The arrays of an archive by name, which hold finite numbers or text. Anything else raises `ValueError`."""
+    found = {}
+    with open_file(path) as stream, zipfile.ZipFile(stream) as archive:
+        members = archive.infolist()
+        check_memory(path, 2 * sum(member.file_size for member in members), "free some, or draw without it")
+        for member in members:
+            with archive.open(member) as opened:
+                array = read_npy(opened, member.file_size)
+            if array.dtype.kind not in "biufU" or (array.dtype.kind == "f" and not np.isfinite(array).all()):
+                raise ValueError(f"{member.filename} holds no finite numbers")
+            found[member.filename.removesuffix(".npy")] = array
+    return found

@@ -1,9 +1,10 @@
 """Elevation in: pictures, arrays, GeoTIFF, ESRI grids, SRTM and RAW; with their extent where they tell it."""
 
+import math
+import os
 import re
 import zipfile
 from difflib import get_close_matches
-from math import isqrt
 from pathlib import Path
 from typing import IO, Literal
 
@@ -12,17 +13,11 @@ import numpy.typing as npt
 from PIL import Image
 
 from greensward.io import georaster
-from greensward.io.rasters import (
-    check_shape,
-    decoding,
-    is_whole,
-    loaded,
-    open_file,
-    opened_picture,
-    tiff_tag,
-)
+from greensward.io.arrays import npy_header, read_npy
+from greensward.io.rasters import check_shape, decoding, is_whole, loaded, opened_picture, tiff_tag
 from greensward.io.samples import Array, Samples
 from greensward.scene.errors import InputError
+from greensward.scene.files import check_memory, open_file
 
 ByteOrder = Literal["little", "big"]
 _RAW = (".raw", ".r16")
@@ -111,7 +106,7 @@ def _samples(path: Path, key: str | None, band: int | None, byte_order: ByteOrde
         if zipped:
             return Samples(_npz_array(path, stream, key))
         if magic == b"\x93NUMPY":
-            return Samples(_npy_array(path, stream))
+            return Samples(_npy_array(path, stream, os.fstat(stream.fileno()).st_size))
         if ending == ".hgt":
             return _hgt(path, stream)
         if ending in _RAW:
@@ -182,7 +177,7 @@ def _grey(path: Path, stream: IO[bytes]) -> Samples:
 def _hgt(path: Path, stream: IO[bytes]) -> Samples:
     """Elevation of the Shuttle Radar Topography Mission: metres, big-endian, north first."""
     count = path.stat().st_size / 2
-    rows, columns = (3601, 1801) if count == 3601 * 1801 else (isqrt(int(count)),) * 2
+    rows, columns = (3601, 1801) if count == 3601 * 1801 else (math.isqrt(int(count)),) * 2
     if rows * columns != count:
         raise InputError(f"{path}: must be square or 3601 × 1801, of 16 bits (got {path.stat().st_size:,} bytes)")
     check_shape(path, (rows, columns))
@@ -192,7 +187,7 @@ def _hgt(path: Path, stream: IO[bytes]) -> Samples:
 
 def _raw(path: Path, stream: IO[bytes], byte_order: ByteOrder | None) -> Samples:
     """A square of 16-bit values without a header, as Unity and other engines write."""
-    side = isqrt(path.stat().st_size // 2)
+    side = math.isqrt(path.stat().st_size // 2)
     if 2 * side * side != path.stat().st_size:
         raise InputError(
             f"{path}: a RAW file must be square and of 16 bits (got {path.stat().st_size:,} bytes); "
@@ -212,23 +207,20 @@ def _raw(path: Path, stream: IO[bytes], byte_order: ByteOrder | None) -> Samples
 # Arrays -----------------------------------------------------------------------------------------------------
 
 
-def _npy_array(path: Path, stream: IO[bytes]) -> Array:
-    """The array of an `.npy` stream; its header is judged before its data is read."""
+def _npy_array(path: Path, stream: IO[bytes], size: int) -> Array:
+    """The array of an `.npy` stream of that many bytes; its header is judged before its data is read."""
     with decoding(path, "an array of NumPy"):
-        version = np.lib.format.read_magic(stream)
-        read_header = {
-            (1, 0): np.lib.format.read_array_header_1_0,
-            (2, 0): np.lib.format.read_array_header_2_0,
-        }.get(version)
-        if read_header is None:
+        header = npy_header(stream)
+        if header is None:
             raise InputError(f"{path}: must hold plain numbers (got {_NOT_NUMBERS['V']})")
-        shape, _, dtype = read_header(stream)
+        shape, dtype = header
         if dtype.kind not in "biuf":
             kind = _NOT_NUMBERS.get(dtype.kind)
             raise InputError(f"{path}: must hold plain numbers (got {kind or f'the type {dtype}'})")
         check_shape(path, shape)
+        check_memory(path, 3 * math.prod(shape) * dtype.itemsize, "cut out a part")
         stream.seek(0)
-        return np.asarray(np.lib.format.read_array(stream, allow_pickle=False))
+        return read_npy(stream, size)
 
 
 def _npz_array(path: Path, stream: IO[bytes], key: str | None) -> Array:
@@ -243,5 +235,6 @@ def _npz_array(path: Path, stream: IO[bytes], key: str | None) -> Array:
             near = "".join(f"; did you mean {name}?" for name in get_close_matches(key, keys, 1))
             raise InputError(f"{path}: has no array {key}; it holds {listed}{near}")
         # Seeking back inside a member reads it again from its start, which the header's size makes cheap.
-        with archive.open(f"{key or keys[0]}.npy") as member:
-            return _npy_array(path, member)
+        member = archive.getinfo(f"{key or keys[0]}.npy")
+        with archive.open(member) as opened:
+            return _npy_array(path, opened, member.file_size)

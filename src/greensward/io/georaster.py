@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from greensward.io.rasters import check_shape, decoding, open_file, silence
+from greensward.io.rasters import check_shape, decoding, silence
 from greensward.io.samples import Samples
 from greensward.scene.errors import InputError
+from greensward.scene.files import open_file
 
 # drivers that open no other file or address, by the beginning of the file or else by the ending of its name
 _BEGINNINGS = {b"\x89PNG": "PNG", b"II": "GTiff", b"MM": "GTiff", b"EHFA": "HFA"}

@@ -43,7 +43,14 @@ def read_gltf(path: Path, data: bytes, painted: bool) -> Content:
             cure = _CURES.get(name, "export {0} without it").format(path.name)
             raise InputError(f"{path}: needs the glTF extension {name}, which is not read; convert it: {cure}")
     reader = _Reader(path, tree, Accessors(path, tree, binary))
-    parts = [part for node, matrix in _placed(path, tree) if "mesh" in node for part in reader.parts(node, matrix)]
+    parts: list[Part] = []
+    corners = 0
+    for node, matrix in _placed(path, tree):
+        for part in reader.parts(node, matrix) if "mesh" in node else ():
+            corners += len(part.positions)
+            if corners > 3 * MOST_TRIANGLES:
+                raise InputError(f"{path}: places over {3 * MOST_TRIANGLES // 10**6} million vertices; simplify it")
+            parts.append(part)
     return Content(parts, materials_of(path, tree, reader.accessors) if painted else [])
 
 

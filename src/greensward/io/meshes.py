@@ -12,13 +12,16 @@ from greensward.io.gltf import read_gltf
 from greensward.io.obj import read_obj
 from greensward.io.parts import MOST_TRIANGLES, Content, Floats, Indices, Material, Part, Singles
 from greensward.io.ply import read_ply
-from greensward.io.rasters import decoding, open_file
+from greensward.io.rasters import decoding
 from greensward.io.stl import read_stl
 from greensward.scene.errors import InputError
+from greensward.scene.files import check_memory, read_file
 
 FURTHEST = 1e9
 ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl")
 _MOST_BYTES = 4 * 2**30
+_MEMORY = {".glb": 4, ".gltf": 4, ".obj": 30, ".ply": 16, ".stl": 16}
+"""Memory that reading takes, in sizes of the file: words of text become objects."""
 _SHARPEST = np.cos(np.radians(40.0))  # an edge between facets that turn further from the mean normal stays an edge
 _THINNEST = 1e-14  # area of a triangle, relative to the square of the mesh's extent
 
@@ -96,10 +99,8 @@ def _content(path: Path, painted: bool) -> Content:
     if ending not in ENDINGS:
         got = f"got {path.suffix}" if path.suffix else "it has none"
         raise InputError(f"{path}: a mesh's name must end in one of {', '.join(ENDINGS)} ({got})")
-    with open_file(path) as stream:
-        if path.stat().st_size > _MOST_BYTES:
-            raise InputError(f"{path}: is larger than {_MOST_BYTES >> 30} GiB; simplify it")
-        data = stream.read()
+    data = read_file(path, _MOST_BYTES, "a mesh")
+    check_memory(path, _MEMORY[ending] * len(data), "simplify it, or save it as .glb")
     kind = "glTF" if ending in (".glb", ".gltf") else ending[1:].upper()
     with decoding(path, f"a mesh of {kind}"):
         match kind:

@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from greensward.io.parts import Content, Floats, Indices, Material, Part, coloured
 from greensward.io.polygons import triangulated
-from greensward.io.rasters import decoded, open_file, read_rgba
+from greensward.io.rasters import decoded, read_rgba
 from greensward.scene.errors import InputError
+from greensward.scene.files import read_file
 
 _NONE = str(2**62)
 """Index of a corner that names none."""
@@ -154,10 +155,7 @@ def _beside(path: Path, name: str) -> Path:
 
 def _tables(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
     """Names of a library's materials, and their lines by key."""
-    with open_file(path) as stream:
-        data = stream.read(_MOST_MATERIAL_BYTES + 1)
-    if len(data) > _MOST_MATERIAL_BYTES:
-        raise InputError(f"{path}: is larger than a library of materials can be ({_MOST_MATERIAL_BYTES >> 20} MiB)")
+    data = read_file(path, _MOST_MATERIAL_BYTES, "a library of materials")
     table: dict[str, str] | None = None
     name = ""
     for line in _text(data).split("\n"):

@@ -1,8 +1,7 @@
-"""Pictures in; pictures and ground truth out, written aside and renamed into place."""
+"""Pictures in; pictures and ground truth out."""
 
 import contextlib
 import logging
-import os
 import threading
 import warnings
 from collections.abc import Iterator, Mapping
@@ -14,6 +13,7 @@ import numpy.typing as npt
 from PIL import Image, ImageOps, UnidentifiedImageError
 
 from greensward.scene.errors import GreenswardError, InputError
+from greensward.scene.files import open_file, written_aside
 from greensward.scene.raster import Raster
 
 LARGEST_SIDE = 16384
@@ -109,67 +109,21 @@ def write_picture(path: Path, image: npt.NDArray[np.uint8]) -> None:
         Image.fromarray(image).save(stream, PICTURES[path.suffix.lower()], quality=95)
 
 
+def write_picture_and_truth(path: Path, image: npt.NDArray[np.uint8], truth: Path, arrays: Mapping[str, Any]) -> None:
+    """Write an image and the arrays of its ground truth, both or neither."""
+    with written_aside(path) as picture, written_aside(truth) as archive:
+        Image.fromarray(image).save(picture, PICTURES[path.suffix.lower()], quality=95)
+        np.savez_compressed(archive, allow_pickle=False, **arrays)
+        picture.flush()
+
+
 def write_npz(path: Path, arrays: Mapping[str, Any]) -> None:
     """Write arrays, compressed, into an `.npz` file."""
     with written_aside(path) as stream:
         np.savez_compressed(stream, allow_pickle=False, **arrays)
 
 
-@contextlib.contextmanager
-def written_aside(path: Path) -> Iterator[IO[bytes]]:
-    """A stream whose bytes become the file `path` at the end, whole; on any error `path` stays as it was."""
-    aside = path.parent / f".{os.getpid()}-{threading.get_ident()}.part"
-    try:
-        with aside.open("wb") as stream:
-            yield stream
-        aside.replace(path)
-    except OSError as error:
-        raise GreenswardError(f"{path}: cannot be written: {error.strerror or error}") from None
-    except ValueError as error:
-        raise GreenswardError(f"{path}: cannot be written: {error}") from None
-    finally:
-        with contextlib.suppress(OSError, ValueError):
-            aside.unlink(missing_ok=True)
-
-
-def check_writable(path: Path, endings: tuple[str, ...] = tuple(PICTURES)) -> None:
-    """Raise `InputError` if a file cannot be written there, which is best known before hours of work."""
-    if path.suffix.lower() not in endings:
-        got = f"got {path.suffix}" if path.suffix else "it has none"
-        raise InputError(f"{path}: the file's name must end in one of {', '.join(endings)} ({got})")
-    folder = path.parent
-    try:
-        if path.is_dir():
-            raise InputError(f"{path}: is a folder, and the output must be a file")
-        if not folder.is_dir():
-            raise InputError(f"{path}: there is no folder {folder}; make it first")
-        trial = folder / f".{os.getpid()}-{threading.get_ident()}.part"
-        trial.open("wb").close()
-        trial.unlink()
-        path.stat()
-    except FileNotFoundError:
-        return
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
-
-
-# Files ------------------------------------------------------------------------------------------------------
-
-
-def open_file(path: Path) -> IO[bytes]:
-    """The file, which is there, is a file, and is not empty."""
-    try:
-        if path.is_dir():
-            raise InputError(f"{path}: is a folder, not a file")
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: is not a file")
-        if path.stat().st_size == 0:
-            raise InputError(f"{path}: is empty (0 bytes)")
-        return path.open("rb")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+# Decoding ---------------------------------------------------------------------------------------------------
 
 
 @contextlib.contextmanager

@@ -17,8 +17,9 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from greensward.io.rasters import check_writable, write_picture, written_aside
+from greensward.io.rasters import write_picture
 from greensward.scene.errors import GreenswardError, InputError
+from greensward.scene.files import check_writable, read_file, written_aside
 
 CODECS: Mapping[str, tuple[str, ...]] = {
     ".mp4": ("h264", "h265", "av1"),
@@ -206,6 +207,7 @@ def _apart() -> dict[str, Any]:
 # Numbered files ---------------------------------------------------------------------------------------------
 
 _NUMBER = re.compile(r"%(?:0(\d{1,2}))?d|(#+)")
+_LARGEST_RECORD = 2**20
 _FIX = "choose another folder, or start over with --overwrite"
 
 
@@ -278,11 +280,11 @@ class FrameFiles:
         if overwrite or nothing_there:
             return
         try:
-            recorded = json.loads(self._record.read_bytes())
+            recorded = json.loads(read_file(self._record, _LARGEST_RECORD, "a record"))
             unlike = [key for key, value in made_with.items() if recorded[key] != value]
-        except FileNotFoundError:
+        except InputError:
             raise InputError(f"{self.folder}: holds frames of unknown origin; {_FIX}") from None
-        except (OSError, ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, RecursionError):
             raise InputError(f"{self._record}: is damaged, so the frames are of unknown origin; {_FIX}") from None
         if unlike:
             key = unlike[0]

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable
 
+_MOST_TOLD = 20
+
 
 class GreenswardError(Exception):
     """Error that a user can act on; the message is one readable sentence."""
@@ -16,8 +18,13 @@ class InputError(GreenswardError):
 
 
 class SceneError(InputError):
-    """Every error found in one scene, each a sentence with place, rule, value and fix."""
+    """Every error found in one scene, each a sentence with place, rule, value and fix; the text has the first 20.
 
-    def __init__(self, problems: Iterable[str]) -> None:
+    `untold`: number of those beyond the first thousand of a table.
+    """
+
+    def __init__(self, problems: Iterable[str], untold: int = 0) -> None:
         self.problems = tuple(problems)
-        super().__init__("\n".join(self.problems))
+        more = len(self.problems) + untold - _MOST_TOLD
+        told = (*self.problems[:_MOST_TOLD], *([f"and {more:,} more problems"] if more > 0 else []))
+        super().__init__("\n".join(told))

@@ -12,15 +12,17 @@ from pydantic import BaseModel, ValidationError
 
 from greensward.scene.base import names_a_file
 from greensward.scene.errors import InputError, SceneError
+from greensward.scene.files import read_file
 from greensward.scene.kinds import kind_of, models_in
 from greensward.scene.light import INTRINSICS, Camera
 from greensward.scene.plain import defaults_of, plain
-from greensward.scene.problems import Loc, Models, did_you_mean, one_of, place_of, sentences, short
+from greensward.scene.problems import MOST_TOLD, Loc, Models, did_you_mean, one_of, place_of, sentences, short
 from greensward.scene.save import saved_text
 from greensward.scene.scene import Scene
 
 _PRESETS = Path(str(files("greensward.scene") / "presets"))
 _LARGEST = 16 * 2**20
+_MOST_PARTS = 200
 _NUMBER = r"[^\s,:]+"
 _VIEW = re.compile(rf"({_NUMBER},{_NUMBER},{_NUMBER}):({_NUMBER},{_NUMBER},{_NUMBER})(?::({_NUMBER}))?")
 
@@ -61,13 +63,15 @@ def load(
         changes.set(key, value, "--set")
     found = changes.problems + _file_problems(table, folder, changes.origin, read_file)
     scene: Scene | None = None
+    untold = 0
     try:
         scene = Scene.model_validate(table)
     except ValidationError as error:
         found += sentences(error, Scene, changes.origin)
+        untold = max(error.error_count() - MOST_TOLD, 0)
     found += _technique_problems(table.get("technique", {}), technique_settings, changes)
     if found or scene is None:
-        raise SceneError(dict.fromkeys(found))
+        raise SceneError(dict.fromkeys(found), untold)
     _warn_of_idle_keys(table.get("camera", {}), scene.camera)
     return scene.in_folder(folder)
 
@@ -146,13 +150,11 @@ def _no_such_scene(source: str | Path, path: Path) -> str:
 def read_table(path: Path, label: str, what: str = "a scene") -> dict[str, Any]:
     """The tables of a TOML file, which is called `label` and holds `what`. Raises `SceneError`."""
     try:
-        if not path.is_file():
-            raise SceneError([f"{label}: is not a file"])
-        if path.stat().st_size > _LARGEST:
-            raise SceneError([f"{label}: is larger than {what} can be ({_LARGEST >> 20} MiB); is it an image?"])
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except OSError as error:
-        raise SceneError([f"{label}: cannot be read: {error.strerror or error}"]) from None
+        text = read_file(path, _LARGEST, what, may_be_empty=True).decode("utf-8-sig")
+        _refuse_long_keys(text)
+        return tomllib.loads(text)
+    except InputError as error:
+        raise SceneError([str(error).replace(str(path), label, 1)]) from None
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise SceneError([f"{label}: line {line}: is not UTF-8 text; {what} is a TOML file"]) from None
@@ -162,6 +164,13 @@ def read_table(path: Path, label: str, what: str = "a scene") -> dict[str, Any]:
         place = re.fullmatch(r"(.*) \(at (line \d+, column \d+|end of document)\)", str(error), re.DOTALL)
         what, where = (place[1], place[2]) if place else ("a number has too many digits", "TOML")
         raise SceneError([f"{label}: {where}: {what[:1].lower()}{what[1:]}"]) from None
+
+
+def _refuse_long_keys(text: str) -> None:
+    """Raise `ValueError` for a key of more parts than any has: tomllib takes the square of their number in time."""
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.count(".") > _MOST_PARTS and line.partition("=")[0].count(".") > _MOST_PARTS:
+            raise ValueError(f"a key must have at most {_MOST_PARTS} parts (at line {number}, column 1)")
 
 
 # Changes from outside the file ------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from greensward.scene.kinds import kind_of, models_in
 
 Loc: TypeAlias = tuple[int | str, ...]
 Models: TypeAlias = tuple[type[BaseModel], ...]
+MOST_TOLD = 1000
 _UNITS = "m|cm|mm|km|px|deg|rad|s|ms|mps|mps2|kmh|m_s|hz|kg|kg_per_m2|per_m2|m2|ev|stops"
 _FOREIGN_WORDS = {
     "angle": ("yaw", "azimuth", "direction"),
@@ -42,12 +43,12 @@ _FOREIGN_WORDS = {
 def sentences(
     error: ValidationError, model: type[BaseModel], origin: Callable[[Loc], str], under: Loc = ()
 ) -> list[str]:
-    """One sentence for each problem of a table of this model, which lies at `under` in the scene.
+    """One sentence for each problem of a table of this model, up to a thousand; it lies at `under` in the scene.
 
     `origin` returns where the value of a key was written: the scene file or an option.
     """
     found: dict[Loc, str] = {}
-    for problem in error.errors(include_url=False):
+    for problem in error.errors(include_url=False)[:MOST_TOLD]:
         loc, models = _untagged(problem["loc"], model)
         kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
         if kind == "missing":
@@ -195,7 +196,9 @@ def short(value: Any, quoted: bool = True) -> str:
         case str() if not quoted and value.isprintable():
             return value if len(value) <= 200 else f"{value[:199]}…"
         case str():
-            return json.dumps(value if len(value) <= 40 else f"{value[:39]}…", ensure_ascii=False)
+            cut = value if len(value) <= 40 else f"{value[:39]}…"
+            # a line separator, or a sign that turns the direction of text, would break the sentence
+            return json.dumps(cut, ensure_ascii=not cut.isprintable())
         case int() if abs(value) >= 10**20:
             return f"a number of {value.bit_length()} bits"
         case list() | tuple():

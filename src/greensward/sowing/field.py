@@ -29,6 +29,8 @@ __all__ = ["Field", "Page", "Tiles"]
 
 _SPLIT = 4.5
 """A tile is nowhere nearer than this times its edge, or it is split."""
+_MOST_SPLIT = 2**19
+"""Tiles of a level that are split at most: no field that fits into the numbers of blades has nearly as many."""
 _FIX = "lower sowing.density_per_m2, sowing.reach_m, or sowing.full_density_m"
 
 
@@ -366,6 +368,8 @@ class Field:
             sizes.append(size)
             if not split.any():
                 break
+            if split.sum() > _MOST_SPLIT:
+                self._refuse_numbers(float(_candidates(away, size, density, full_density_m)[keep].sum()), most=0)
             x, z = 2.0 * x[split], 2.0 * z[split]
             x, z = np.concatenate([x, x + 1.0, x, x + 1.0]), np.concatenate([z, z, z + 1.0, z + 1.0])
             level -= 1
@@ -414,9 +418,9 @@ class Field:
             )
         self._refuse_numbers(blades, fix)
 
-    def _refuse_numbers(self, blades: float, fix: str = _FIX) -> None:
+    def _refuse_numbers(self, blades: float, fix: str = _FIX, most: int | None = None) -> None:
         blades += self.next_number - 1
-        if blades > self.most_blades:
+        if blades > (self.most_blades if most is None else most):
             raise InputError(
                 f"sowing: must be at most {self.most_blades / 1e6:,.0f} million blades "
                 f"(got about {blades / 1e6:,.0f} million); {fix}"

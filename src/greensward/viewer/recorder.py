@@ -3,9 +3,10 @@
 from pathlib import Path
 
 from greensward.io.camera_path import CameraPath
-from greensward.io.rasters import check_writable
+from greensward.io.rasters import PICTURES
 from greensward.io.video import check_video, find_ffmpeg
 from greensward.scene import Camera, GreenswardError, InputError
+from greensward.scene.files import check_writable
 from greensward.viewer.jobs import VIDEO_FPS, PathRecording, PictureJob, VideoJob
 from greensward.viewer.saving import free_name
 from greensward.viewer.session import Session
@@ -49,7 +50,7 @@ class Recorder:
         """Start rendering a picture of the current time; return True if the file can be written."""
         session = self._session
         try:
-            check_writable(path)
+            check_writable(path, tuple(PICTURES))
             if any(job.path == path for job in self._pictures):
                 raise InputError(f"{path}: is being rendered; wait for it, or choose another name")
         except GreenswardError as error:

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
-from greensward.io.rasters import written_aside
 from greensward.library import load, presets
 from greensward.scene import InputError, Scene
+from greensward.scene.files import written_aside
 from greensward.scene.load import preset_file
 from greensward.scene.save import saved_text
 from greensward.viewer.fields import all_keys, value_at, with_value

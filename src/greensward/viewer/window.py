@@ -15,6 +15,7 @@ import glfw  # isort: skip
 import moderngl
 
 from greensward.gpu.adapters import INSTALL
+from greensward.interrupts import handled
 from greensward.scene import GreenswardError
 from greensward.viewer.application import Application
 from greensward.viewer.contexts import Contexts
@@ -230,12 +231,13 @@ def run(session: Session, size: tuple[int, int] = (1280, 800)) -> None:
     application = Application(window.contexts, session)
     viewer = application.viewer
     signals: list[int] = []
+    listening = contextlib.ExitStack()
     # else a full collection of all that was imported stops one frame of hundreds for 15 ms
     gc.freeze()
     application.ui.share_clipboard(window.read_clipboard, window.write_clipboard)
     try:
         last = time.perf_counter()
-        _listen_to_signals(signals)
+        listening.enter_context(handled(lambda number, _: signals.append(number)))
         while not viewer.done:
             _handle_signals(signals, window)
             visible = min(window.size) > 0
@@ -256,22 +258,11 @@ def run(session: Session, size: tuple[int, int] = (1280, 800)) -> None:
         note = f"; unsaved changes were written to {rescued}" if rescued else ""
         raise GreenswardError(f"view: {type(error).__name__}: {error}{note}") from error
     finally:
-        _listen_to_signals(None)
+        listening.close()
         window.hide()  # a picture that is being rendered may take a while to stop
         with contextlib.suppress(moderngl.Error):
             application.release()
         window.close()
-
-
-_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-
-
-def _listen_to_signals(received: list[int] | None) -> None:
-    """Append the signals that end programs to a list; with None, restore their usual effect."""
-    with contextlib.suppress(ValueError):  # only the main thread can
-        for number in _SIGNALS:
-            usual = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
-            signal.signal(number, usual if received is None else lambda number, _: received.append(number))
 
 
 def _handle_signals(received: list[int], window: Window) -> None:
