@@ -24,7 +24,7 @@ _AT = (0.0, 0.0, 0.0)
         (lambda: gs.Scene(object=[winds.Gusts()]), ["object[0].kind: must be one of box, sphere, cylinder, capsule"]),
         (lambda: gs.Scene(wind=winds.Gusts()), ["Scene: wind: must be a list, so put the Gusts into brackets"]),
         (lambda: objects.Box(position_m=_AT, kind="sphere"), ['Box: kind: must be one of box (got "sphere")']),
-        (lambda: colours.ChannelNoise(weight=0.0), ["ChannelNoise: weight: must be above 0 (got 0.0)"]),
+        (lambda: colours.ChannelNoise(weight=0.0), ["ChannelNoise: weight: must be at least 0.001 (got 0.0)"]),
         (lambda: forces.Tracks(path=np.zeros((1, 2))), ["Tracks: path: must hold at least 2 values (got 1)"]),
         (lambda: grounds.HeightMapGround(), ["HeightMapGround: file: is missing and has no default"]),
         (

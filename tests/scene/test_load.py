@@ -107,7 +107,7 @@ def test_every_preset_loads_and_has_a_title(name):
         ),
         (
             "colour = {kind = 'noise', noise = [{weight = 0.0}]}",
-            "colour.noise[0].weight: must be above 0 (got 0.0)",
+            "colour.noise[0].weight: must be at least 0.001 (got 0.0)",
         ),
         (
             "colour = {kind = 'noise', noise = [{channel = 'alpha'}]}",
@@ -130,7 +130,7 @@ def test_every_preset_loads_and_has_a_title(name):
             "ground = {octaves = 3}",
             'ground.octaves: belongs to kind "noise" or "endless", but the kind here is "flat"',
         ),
-        ("ground = {kind = 'noise', size_m = [0, 1]}", "ground.size_m[0]: must be above 0 (got 0)"),
+        ("ground = {kind = 'noise', size_m = [0, 1]}", "ground.size_m[0]: must be at least 0.001 (got 0)"),
         ("ground = {kind = 'noise', octave = 3}", "ground.octave: unknown key; did you mean octaves?"),
         ("sowing.density_map = ''", 'sowing.density_map: must not be empty (got "")'),
         ("sowing.density_map = 'no.png'", "sowing.density_map: no such file: no.png"),
@@ -166,7 +166,7 @@ def test_every_preset_loads_and_has_a_title(name):
         ),
         (
             "object = [{kind = 'capsule', position_m = [0, 0, 0], radius_m = 0}]",
-            "object[0].radius_m: must be above 0 (got 0)",
+            "object[0].radius_m: must be at least 0.001 (got 0)",
         ),
         (
             "object = [{kind = 'capsule', position_m = [0, 0, 0], radius_m = 1e9}]",

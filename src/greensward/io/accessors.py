@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from greensward.io.parts import MOST_TRIANGLES
 from greensward.scene.errors import InputError
-from greensward.scene.files import read_file
+from greensward.scene.files import is_there, read_file
+from greensward.scene.problems import short
 
 _COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -134,12 +135,15 @@ def bytes_at(path: Path, uri: str) -> bytes:
         except binascii.Error:
             raise InputError(f"{path}: holds base64 text that is damaged") from None
     if urlsplit(uri).scheme:
-        raise InputError(f"{path}: names {uri}, and only files of this machine are read; download it")
+        raise InputError(f"{path}: names {short(uri, False)}, and only files of this machine are read; download it")
     name = unquote(uri)
     found = path.parent / name
-    if not found.exists():
-        raise InputError(f"{path}: names {name}, which is not there; put it beside")
-    return read_file(found, _MOST_BYTES, "a buffer")
+    if not is_there(found):
+        raise InputError(f"{path}: names {short(name, False)}, which is not there; put it beside")
+    try:
+        return read_file(found, _MOST_BYTES, "a buffer")
+    except InputError as error:
+        raise InputError(f"{path}: names {error}") from None
 
 
 def _normalized(values: Values) -> Values:

@@ -13,7 +13,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from greensward.scene.base import Flag, Many, Model, Number, Point
 from greensward.scene.errors import InputError, SceneError
-from greensward.scene.files import written_aside
+from greensward.scene.files import is_there, written_aside
 from greensward.scene.light import INTRINSICS, Camera
 from greensward.scene.load import read_table
 from greensward.scene.plain import plain
@@ -68,11 +68,7 @@ class CameraPath(Model):
     def read(cls, path: str | Path) -> Self:
         """Read the path of a TOML file. Raises `InputError` with every error, one sentence each."""
         path = Path(path)
-        try:
-            there = path.exists()
-        except (OSError, ValueError):
-            there = False
-        if not there:
+        if not is_there(path):
             raise InputError(f"{path}: no such file; a camera path is a TOML file with key = [...]")
         return cls._of(read_table(path, str(path), "a camera path"), str(path))
 

@@ -11,7 +11,8 @@ from greensward.io.parts import Content, Floats, Indices, Material, Part, colour
 from greensward.io.polygons import triangulated
 from greensward.io.rasters import decoded, read_rgba
 from greensward.scene.errors import InputError
-from greensward.scene.files import read_file
+from greensward.scene.files import is_there, read_file
+from greensward.scene.problems import short
 
 _NONE = str(2**62)
 """Index of a corner that names none."""
@@ -148,8 +149,10 @@ def _materials(path: Path, lines: _Lines) -> list[Material]:
 def _beside(path: Path, name: str) -> Path:
     """The file that another one names. Raises `InputError` where it is not there."""
     found = path.parent / name.replace("\\", "/")
-    if not found.exists():
-        raise InputError(f"{path}: names {name}, which is not there; add it, or set the object's colour")
+    if not is_there(found):
+        raise InputError(
+            f"{path}: names {short(name, False)}, which is not there; add it, or set the object's colour"
+        )
     return found
 
 

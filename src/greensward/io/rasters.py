@@ -13,7 +13,8 @@ import numpy.typing as npt
 from PIL import Image, ImageOps, UnidentifiedImageError
 
 from greensward.scene.errors import GreenswardError, InputError
-from greensward.scene.files import open_file, written_aside
+from greensward.scene.files import check_memory, open_file, written_aside
+from greensward.scene.problems import short
 from greensward.scene.raster import Raster
 
 LARGEST_SIDE = 16384
@@ -23,7 +24,7 @@ _READ = ("PNG", "TIFF", "JPEG", "WEBP", "BMP")
 _WHITE_IS_ZERO, _BITS, _COUNTS, _TILE_COUNTS, _INTERPRETATION, _SAMPLE_FORMAT = 0, 258, 279, 325, 262, 339  # of TIFF
 
 Array: TypeAlias = npt.NDArray[Any]
-_pillow_limit = threading.Lock()
+_pillow_limit = threading.RLock()
 
 
 def read_rgba(path: Path | Raster, coloured: bool = False) -> npt.NDArray[np.uint8]:
@@ -138,7 +139,9 @@ def decoding(path: object, what: str) -> Iterator[None]:
     except MemoryError:
         raise GreenswardError(f"{path}: needs more memory than there is") from None
     except Exception as error:
-        raise InputError(f"{path}: is cut short, damaged or not {what} ({error})") from None
+        # others tell of the decoder, not of the file
+        told = f" ({short(str(error), False)})" if isinstance(error, OSError | ValueError) and str(error) else ""
+        raise InputError(f"{path}: is cut short, damaged or not {what}{told}") from None
 
 
 @contextlib.contextmanager
@@ -172,18 +175,25 @@ def check_shape(path: object, shape: tuple[int, ...]) -> None:
 def opened_picture(path: object, stream: IO[bytes]) -> Iterator[Image.Image]:
     """The opened picture, of a size that we accept, to be `loaded`. Decoding errors inside become `InputError`."""
     kinds = "a picture of PNG, TIFF, JPEG, WebP or BMP"
-    with decoding(path, kinds):
-        with _pillow_limit:
-            # Pillow refuses large pictures by a limit below ours and without telling their size.
-            theirs, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
-            try:
-                picture = Image.open(stream, formats=_READ)
-            except UnidentifiedImageError:
-                raise InputError(f"{path}: is not {kinds}, or its beginning is damaged") from None
-            finally:
-                Image.MAX_IMAGE_PIXELS = theirs
+    with decoding(path, kinds), _without_limit():
+        try:
+            picture = Image.open(stream, formats=_READ)
+        except UnidentifiedImageError:
+            raise InputError(f"{path}: is not {kinds}, or its beginning is damaged") from None
         check_shape(path, (picture.height, picture.width))
+        check_memory(path, 10 * picture.height * picture.width, "scale it down, or cut out a part")
         yield picture
+
+
+@contextlib.contextmanager
+def _without_limit() -> Iterator[None]:
+    """Let Pillow open and load large pictures: its limit is below ours, and it does not tell their size."""
+    with _pillow_limit:
+        theirs, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        try:
+            yield
+        finally:
+            Image.MAX_IMAGE_PIXELS = theirs
 
 
 def is_whole(picture: Image.Image) -> bool:

@@ -20,6 +20,7 @@ import numpy.typing as npt
 from greensward.io.rasters import write_picture
 from greensward.scene.errors import GreenswardError, InputError
 from greensward.scene.files import check_writable, read_file, written_aside
+from greensward.scene.problems import short
 
 CODECS: Mapping[str, tuple[str, ...]] = {
     ".mp4": ("h264", "h265", "av1"),
@@ -288,7 +289,7 @@ class FrameFiles:
             raise InputError(f"{self._record}: is damaged, so the frames are of unknown origin; {_FIX}") from None
         if unlike:
             key = unlike[0]
-            was = "another scene" if key == "scene" else f"{key} {recorded[key]}, not {made_with[key]}"
+            was = "another scene" if key == "scene" else f"{key} {short(recorded[key], False)}, not {made_with[key]}"
             raise InputError(f"{self.folder}: holds frames made with {was}; {_FIX}")
 
     def start(self, made_with: Mapping[str, object], overwrite: bool = False) -> set[int]:

@@ -86,7 +86,7 @@ Colour = Annotated[str, Strict(), AfterValidator(_hex_colour)]
 _Coordinate = Annotated[float, Strict(), Field(ge=-1_000_000, le=1_000_000)]
 _Turn = Annotated[float, Strict(), Field(ge=-360, le=360)]
 MOST_EXTENT_M = 200_000
-_Extent = Annotated[float, Strict(), Field(gt=0, le=MOST_EXTENT_M)]
+_Extent = Annotated[float, Strict(), Field(ge=0.001, le=MOST_EXTENT_M)]
 
 if TYPE_CHECKING:
 

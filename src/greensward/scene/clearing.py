@@ -16,7 +16,7 @@ class Clearing(Model):
 
     path: Annotated[GroundPoints, Field(max_length=256)] = default(())
     """Points that it leads through, x and z; one alone is the centre of a disc."""
-    width_m: Number | None = Field(default=None, gt=0, le=10_000)
+    width_m: Number | None = Field(default=None, ge=0.001, le=10_000)
     """Width of the path, or diameter of the disc."""
     smooth: Flag = True
     """True for a smooth curve through the points of the path, false for straight lines between them."""

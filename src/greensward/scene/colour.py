@@ -15,7 +15,7 @@ class ChannelNoise(Model):
 
     channel: Literal["red", "green", "blue", "all"] = "all"
     """Channel that it varies."""
-    wavelength_m: Number = Field(default=10.0, gt=0, le=100_000)
+    wavelength_m: Number = Field(default=10.0, ge=0.01, le=100_000)
     """Wavelength of the lowest octave."""
     octaves: Count = Field(default=4, ge=1, le=12)
     """Number of noises that are added, each finer than the last."""
@@ -23,7 +23,7 @@ class ChannelNoise(Model):
     """Strength of each octave relative to the one before."""
     lacunarity: Number = Field(default=2.1, ge=1, le=4)
     """Frequency of each octave relative to the one before."""
-    weight: Number = Field(default=1.0, gt=0, le=1000)
+    weight: Number = Field(default=1.0, ge=0.001, le=1000)
     """Weight in the blend of its channel."""
 
     @model_validator(mode="after")

@@ -25,19 +25,19 @@ class Sowing(Model):
     along_normal: Number = Field(default=0.35, ge=0, le=1)
     """Direction in which blades of the ground grow: 0 straight up, 1 along the normal of the land. The billboards of
     `billboard-grid` and `geometry-billboards` stand upright."""
-    clump_m: Number = Field(default=0.35, gt=0, le=100)
+    clump_m: Number = Field(default=0.35, ge=0.01, le=100)
     """Size of clumps, whose blades share lean and colour."""
     clumping: Number = Field(default=0.5, ge=0, le=1)
     """Strength of clumps: 0 has none; 1 pulls every blade into one, short blades less."""
-    drift_m: Number = Field(default=12.0, gt=0, le=10_000)
+    drift_m: Number = Field(default=12.0, ge=0.1, le=10_000)
     """Distance over which height, density, dryness and species drift."""
     drift: Number = Field(default=0.6, ge=0, le=1)
     """Strength of those drifts."""
-    full_density_m: Number = Field(default=8.0, gt=0, le=100_000)
+    full_density_m: Number = Field(default=8.0, ge=0.01, le=100_000)
     """Every blade is drawn up to this distance from the camera; beyond, fewer and wider blades represent them."""
-    reach_m: Number = Field(default=300.0, gt=0, le=100_000)
+    reach_m: Number = Field(default=300.0, ge=0.1, le=100_000)
     """No grass is drawn beyond this distance from the camera; the ground takes its colour."""
-    traced_m: Number | None = Field(default=None, gt=0, le=100_000)
+    traced_m: Number | None = Field(default=None, ge=0.1, le=100_000)
     """No blades are drawn beyond this distance from the camera; from there to `reach_m` the grass is ray-marched
     billboards, as of `billboard-grid`. Left out, blades reach as far. Not for `billboard-grid` itself."""
     stored_m: Number | None = Field(default=None, ge=0, le=100_000)
@@ -80,7 +80,7 @@ class Growth(Model):
 
     age: Number = Field(default=0.0, ge=0, le=1)
     """Age at time 0; 0 is a seed."""
-    time_s: Number = Field(default=60.0, gt=0, le=1e9)
+    time_s: Number = Field(default=60.0, ge=0.001, le=1e9)
     """Time from seed to full-grown."""
     spread: Number = Field(default=0.25, ge=0, le=1)
     """Delay between the first and the last blade to come up, as a fraction of `time_s`."""
@@ -129,9 +129,9 @@ class Shadows(Model):
     """Number of cascades."""
     size_px: Count = Field(default=1024, ge=64, le=8192)
     """Edge of each map."""
-    nearest_m: Number = Field(default=7.0, gt=0, le=10_000)
+    nearest_m: Number = Field(default=7.0, ge=0.01, le=10_000)
     """Distance from the camera to which the first cascade reaches."""
-    furthest_m: Number = Field(default=700.0, gt=0, le=100_000)
+    furthest_m: Number = Field(default=700.0, ge=0.01, le=100_000)
     """Distance to which the last cascade reaches."""
     density: Number = Field(default=0.5, ge=0, le=1)
     """Fraction of the blades that cast shadows; they are wider, to represent the others."""

@@ -21,6 +21,14 @@ _GROUP_MEMORY = (
 _CREATE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
+def is_there(path: Path) -> bool:
+    """Return whether a file has this name, which may be none that a file can have."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
 def open_file(path: Path, may_be_empty: bool = False) -> IO[bytes]:
     """Open a regular file, not an empty one; a pipe or a device is refused and never waited for.
 

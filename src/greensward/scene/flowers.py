@@ -12,7 +12,7 @@ MOST_FLOWERS = 8
 class Flowers(Model):
     """Plants of one kind, as billboards that turn to the viewer; flowers on blades are the `head` of `[[grass]]`."""
 
-    density_per_m2: Number = Field(default=0.5, gt=0, le=100)
+    density_per_m2: Number = Field(default=0.5, ge=0.001, le=100)
     """Plants per square metre before maps and slope thin them."""
     height_m: Range[Annotated[Number, Field(ge=0.01, le=5)]] = default((0.3, 0.5))
     """Height of the image above the ground."""
@@ -28,5 +28,5 @@ class Flowers(Model):
     """0 spreads them evenly; 1 gathers them in drifts."""
     stiffness: Number = Field(default=0.5, ge=0, le=1)
     """Resistance to wind: 0 follows it, 1 hardly moves."""
-    reach_m: Number = Field(default=60.0, gt=0, le=1000)
+    reach_m: Number = Field(default=60.0, ge=0.1, le=1000)
     """None are drawn beyond this distance from the camera; they shrink before it."""

@@ -18,7 +18,7 @@ _XZ: TypeAlias = tuple[float, float]
 Curve: TypeAlias = list[tuple[_XZ, _XZ, _XZ, _XZ]]
 
 _Part = Annotated[Number, Field(ge=0, le=1)]
-_Width = Annotated[Number, Field(gt=0, le=100)]
+_Width = Annotated[Number, Field(ge=0.001, le=100)]
 _Instant = Annotated[Number, Field(ge=-1e6, le=1e6)]
 _Angle = Annotated[Number, Field(ge=-360, le=360)]
 _Line = Annotated[GroundPoints, Field(min_length=2, max_length=256)]
@@ -82,7 +82,7 @@ class _Pressing(Model):
     """Width of the rim that is pushed aside."""
     pressure: _Part = 1.0
     """1 presses flat, 0 not at all."""
-    fades_s: Annotated[Number, Field(gt=0, le=1e6)] | None = None
+    fades_s: Annotated[Number, Field(ge=0.001, le=1e6)] | None = None
     """Time after which the grass has risen again: fast at first, then slower, as (e^(−3 t / `fades_s`) − e^−3) /
     (1 − e^−3). Left out, it stays down."""
 

@@ -29,7 +29,7 @@ class GroundTile(Area):
 
     texture: FileName
     """Image of its soil, repeated without visible tiling."""
-    texture_m: Number = Field(default=2.0, gt=0, le=1000)
+    texture_m: Number = Field(default=2.0, ge=0.01, le=1000)
     """Width on the ground of one copy of the texture."""
 
 
@@ -38,7 +38,7 @@ class Surface(Model):
 
     texture: OptionalMap = default(None)
     """Image of bare soil, repeated without visible tiling. Without one, a generated soil is used."""
-    texture_m: Number = Field(default=2.0, gt=0, le=1000)
+    texture_m: Number = Field(default=2.0, ge=0.01, le=1000)
     """Width on the ground of one copy of the texture."""
     tile: Annotated[Many[GroundTile], Field(max_length=MOST_TILES)] = default(())
     """Parts with a soil of their own. Where several overlap, the last counts."""
@@ -100,7 +100,7 @@ class _Noise(_Sized):
 
     height_m: Number = Field(default=12.0, ge=0, le=5000)
     """Height from valleys to tops."""
-    wavelength_m: Number = Field(default=160.0, gt=0, le=100_000)
+    wavelength_m: Number = Field(default=160.0, ge=0.01, le=100_000)
     """Distance between hills of the lowest octave."""
     octaves: Count = Field(default=5, ge=1, le=12)
     """Number of noises that are added, each finer than the last."""

@@ -53,7 +53,7 @@ class Phong(Model):
         return self
 
 
-_Focal = Annotated[Number, Field(gt=0, le=1e7)]
+_Focal = Annotated[Number, Field(ge=0.1, le=1e7)]
 _Principal = Annotated[Number, Field(ge=-1e6, le=1e6)]
 _WIDEST_PINHOLE_DEG = 170.0
 INTRINSICS = "fx_px", "fy_px", "cx_px", "cy_px", "calibrated_px"
@@ -76,7 +76,7 @@ class Camera(Model):
     grows with the angle (equidistant)."""
     fov_y_deg: Number = Field(default=50.0, gt=0.1, le=360)
     """Vertical field of view; below 170 unless it is a fisheye."""
-    view_height_m: Number = Field(default=20.0, gt=0, le=100_000)
+    view_height_m: Number = Field(default=20.0, ge=0.001, le=100_000)
     """Height of what an orthographic picture shows."""
     fx_px: _Focal | None = None
     """Focal length along x, in pixels; of a fisheye in pixels per radian, of an orthographic picture in pixels per
@@ -92,9 +92,9 @@ class Camera(Model):
     grow with it. Left out, they are of the picture that is drawn."""
     distortion: Annotated[Many[Number], Field(max_length=5)] = default(())
     """Distortion of the lens, k1, k2, p1, p2, k3, as OpenCV has them. Those left out are 0."""
-    near_m: Number = Field(default=0.1, gt=0, le=1000)
+    near_m: Number = Field(default=0.1, ge=0.001, le=1000)
     """Nothing nearer is drawn."""
-    far_m: Number = Field(default=5000.0, gt=0, le=1_000_000)
+    far_m: Number = Field(default=5000.0, ge=0.01, le=1_000_000)
     """Nothing farther is drawn but the sky."""
 
     @model_validator(mode="after")
@@ -139,9 +139,9 @@ class Post(Model):
     """Darkening towards the corners."""
     blur: Literal["off", "average", "gaussian"] = "off"
     """Blur of distant pixels, seven by seven wide (Jahrmann & Wimmer 2013); much nearer ones do not spread."""
-    blur_near_m: Number = Field(default=2.0, gt=0, le=1000)
+    blur_near_m: Number = Field(default=2.0, ge=0.001, le=1000)
     """Nothing nearer is blurred; at seven times this distance the blur is nearly full."""
     darkening: Number = Field(default=0.0, ge=0, le=1)
     """Darkening of grass, flowers and ground at `darkening_m`; proportional to the distance up to there."""
-    darkening_m: Number = Field(default=300.0, gt=0, le=100_000)
+    darkening_m: Number = Field(default=300.0, ge=0.1, le=100_000)
     """Distance of the full darkening."""

@@ -1,9 +1,11 @@
 """Scenes from TOML and back. An invalid scene is refused with every error at once."""
 
+import contextlib
 import re
 import tomllib
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -12,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from greensward.scene.base import names_a_file
 from greensward.scene.errors import InputError, SceneError
-from greensward.scene.files import read_file
+from greensward.scene.files import is_there, read_file
 from greensward.scene.kinds import kind_of, models_in
 from greensward.scene.light import INTRINSICS, Camera
 from greensward.scene.plain import defaults_of, plain
@@ -126,13 +128,10 @@ def _read(source: str | Path) -> tuple[dict[str, Any], Path, str]:
     if source in presets():
         path, label = preset_file(str(source)), str(source)
     else:
-        try:
+        with contextlib.suppress(OSError, ValueError):
             path = path / "scene.toml" if path.is_dir() else path
-            there = path.exists()
-        except (OSError, ValueError):
-            there = False
         label = str(path)
-        if not there:
+        if not is_there(path):
             raise SceneError([_no_such_scene(source, path)])
     return read_table(path, label), path.parent, label
 
@@ -233,11 +232,7 @@ class _Changes:
                 for name in INTRINSICS:  # which it replaces
                     self.table["camera"].pop(name, None)
             return
-        try:
-            there = Path(camera).exists()
-        except (OSError, ValueError):
-            there = False
-        if not there:
+        if not is_there(Path(camera)):
             self.problems.append(
                 "--camera: must be x,y,z:tx,ty,tz, optionally :fov, or a TOML file with a [camera] table"
                 f" (got {short(camera)})"
@@ -305,15 +300,22 @@ def _technique_name() -> str:
 # Files ------------------------------------------------------------------------------------------------------
 
 
+@cache
+def _places_of_files(model: type[BaseModel]) -> list[tuple[str, bool, Models]]:
+    """Keys of a model that name files, or whose models may: the key, which of both, and the models."""
+    found = [(key, names_a_file(field), models_in(field.annotation)) for key, field in model.model_fields.items()]
+    return [each for each in found if each[1] or each[2]]
+
+
 def _files(node: Any, models: Models, loc: Loc) -> Iterator[tuple[Loc, Any]]:
     """Every key under `node` that names a file, and the table or list that holds it; `node` need not be valid."""
     if isinstance(node, list | tuple):
         for index, item in enumerate(node):
             yield from _files(item, models, (*loc, index))
     elif isinstance(node, dict) and (model := _chosen(models, node)):
-        for key, field in model.model_fields.items():
-            if not names_a_file(field):
-                yield from _files(node.get(key), models_in(field.annotation), (*loc, key))
+        for key, is_file, inner in _places_of_files(model):
+            if not is_file:
+                yield from _files(node.get(key), inner, (*loc, key))
             elif isinstance(named := node.get(key), str) and named:
                 yield (*loc, key), node
             elif isinstance(named, list | tuple):

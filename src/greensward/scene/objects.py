@@ -20,7 +20,7 @@ from greensward.scene.base import (
     default,
 )
 
-_Extent = Annotated[Number, Field(gt=0, le=10_000)]
+_Extent = Annotated[Number, Field(ge=0.001, le=10_000)]
 _Angle = Annotated[Number, Field(ge=-360_000, le=360_000)]
 _Time = Annotated[Number, Field(ge=-1e6, le=1e6)]
 
@@ -154,7 +154,7 @@ class Mesh(_Object):
     """glTF (`.glb`, `.gltf`), `.obj`, `.ply` or `.stl`. Its base is the lowest point."""
     up: Literal["y", "z"] = "y"
     """Axis of the file that points up: y of glTF, often z of CAD and of scanned meshes."""
-    scale: Number = Field(default=1.0, gt=0, le=1_000_000)
+    scale: Number = Field(default=1.0, ge=1e-6, le=1_000_000)
     """Metres for one unit of the file."""
 
     @model_validator(mode="after")

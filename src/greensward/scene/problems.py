@@ -195,6 +195,8 @@ def short(value: Any, quoted: bool = True) -> str:
             return str(value).lower()
         case str() if not quoted and value.isprintable():
             return value if len(value) <= 200 else f"{value[:199]}…"
+        case str() if not quoted:
+            return short(value)
         case str():
             cut = value if len(value) <= 40 else f"{value[:39]}…"
             # a line separator, or a sign that turns the direction of text, would break the sentence

@@ -12,11 +12,11 @@ class Water(Model):
     """Height of its surface in the world; the camera must be above it."""
     colour: Colour = "#23413a"
     """sRGB of deep water."""
-    clarity_m: Number = Field(default=1.2, gt=0, le=1000)
+    clarity_m: Number = Field(default=1.2, ge=0.01, le=1000)
     """Attenuation length: distance through the water after which 1/e of the light from below is left."""
     ripple: Number = Field(default=0.35, ge=0, le=1)
     """Steepness of the ripples: 0 is a mirror."""
-    ripple_m: Number = Field(default=0.9, gt=0, le=100)
+    ripple_m: Number = Field(default=0.9, ge=0.01, le=100)
     """Length of the longest of them."""
     reflections: Flag = True
     """True if it reflects ground, objects and the low-detail grass of the density map; if false, the sky alone."""

@@ -9,8 +9,8 @@ from greensward.scene.base import Count, FileNames, Flag, Model, Number, Optiona
 MOST_WINDS = 8
 Direction = Annotated[Number, Field(ge=-360, le=360)]
 Speed = Annotated[Number, Field(ge=0, le=200)]
-Length = Annotated[Number, Field(gt=0, le=10_000)]
-Time = Annotated[Number, Field(gt=0, le=1e6)]
+Length = Annotated[Number, Field(ge=0.01, le=10_000)]
+Time = Annotated[Number, Field(ge=0.001, le=1e6)]
 
 
 def _odd(cells: int) -> int:
@@ -99,7 +99,7 @@ class Waves(Model):
     """Direction it blows from, clockwise from north (−z)."""
     speed_mps: Speed = 6.0
     """Speed between the waves."""
-    rate_hz: Annotated[Number, Field(gt=0, le=100)] = 0.4
+    rate_hz: Annotated[Number, Field(ge=0.0001, le=100)] = 0.4
     """Waves per second at one place."""
 
 
@@ -111,7 +111,7 @@ class Blast(Model):
     """Centre; y is above the ground."""
     power_mps: Speed = 100.0
     """Speed at the centre."""
-    rate: Number = Field(default=4.0, gt=0, le=100)
+    rate: Number = Field(default=4.0, ge=0.001, le=100)
     """Radians per second by which the rings move on."""
 
 
@@ -125,7 +125,7 @@ class Whirl(Model):
     """Radial speed."""
     swirl_mps: Speed = 6.0
     """Scale of the tangential speed, which is up to ten times this where the radial one is small."""
-    rate: Number = Field(default=1.5, gt=0, le=100)
+    rate: Number = Field(default=1.5, ge=0.001, le=100)
     """Radians per second by which its rings move on."""
 
 
@@ -148,7 +148,7 @@ class Ripples(Model):
     """Distance across the wind between the tips of the fronts: 1 / c2."""
     epsilon: Number = Field(default=0.08, ge=0.001, le=10)
     """Limit on the lead of the fronts' tips, which is 1 / (4 epsilon) metres at most."""
-    rate_hz: Annotated[Number, Field(gt=0, le=100)] = 0.3
+    rate_hz: Annotated[Number, Field(ge=0.0001, le=100)] = 0.3
     """Crests per second at one place: the formula's t is 2π / c1 times this, a second."""
 
 
@@ -164,7 +164,7 @@ class Texture(Model):
     """Speed at full colour."""
     moves_mps: Pair[Number] = default((0.0, 0.0))
     """Velocity at which the images move over the ground, along x and z."""
-    rate_hz: Annotated[Number, Field(gt=0, le=1000)] = 4.0
+    rate_hz: Annotated[Number, Field(ge=0.0001, le=1000)] = 4.0
     """Images per second."""
 
 
@@ -229,7 +229,7 @@ class Simulation(Model):
     """Time step, independent of the frame rate."""
     settle_s: Number = Field(default=2.0, ge=0, le=600)
     """Simulated time before the first picture, and after a longer gap in time."""
-    within_m: Number = Field(default=60.0, gt=0, le=100_000)
+    within_m: Number = Field(default=60.0, ge=0.01, le=100_000)
     """Blades farther from the camera move analytically; the last fifth of the distance blends."""
     gravity_mps2: Number = Field(default=9.8, ge=0, le=1000)
     """Pull of gravity."""
@@ -239,11 +239,11 @@ class Simulation(Model):
     """Weight of the pull towards `gravity_centre_m`: at 1 gravity pulls towards it, at 0 straight down."""
     forward: Number = Field(default=0.25, ge=0, le=10)
     """Fraction of gravity that pulls a blade towards its front (both papers)."""
-    recovery_hz: Annotated[Number, Field(gt=0, le=10_000)] | None = None
+    recovery_hz: Annotated[Number, Field(ge=0.0001, le=10_000)] | None = None
     """Rate of recovery of the stiffest blade per second, in the papers' forms. If left out, 45 in `yan2024` and 15 in
     `jahrmann2017`."""
     reference_m: Number = Field(default=1.0, ge=0, le=100)
     """Height of the blades that the papers' constants are for: what gravity and winds do to others is multiplied by
     their height over it, so that grass of any size stands. 0 leaves them as published, the same for all sizes."""
-    rise_s: Number = Field(default=2.0, gt=0, le=1e6)
+    rise_s: Number = Field(default=2.0, ge=0.001, le=1e6)
     """Time after which a pressed blade of full stiffness rises freely; softer ones take up to ten times as long."""

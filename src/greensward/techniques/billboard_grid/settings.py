@@ -29,7 +29,7 @@ class GridSettings(Model):
     """Filling of the rest: an opaque image of grass, or its mean colour."""
     middle_plane: Flag = True
     """Add a plane at half the height, which closes the grass for views from above."""
-    opacity: Number = Field(0.5, gt=0, le=1)
+    opacity: Number = Field(0.5, ge=0.001, le=1)
     """A pixel shows grass from this opacity on, at the depth where it is reached; where blades are finer than a
     pixel, by chance, so that samples average."""
     sway: Literal["blade", "shear"] = "blade"
@@ -37,7 +37,7 @@ class GridSettings(Model):
     by an offset that grows with height."""
     layers: Count = Field(8, ge=1, le=64)
     """Number of different billboards; the grid takes them in random order."""
-    billboard_m: Number = Field(1.0, gt=0, le=50)
+    billboard_m: Number = Field(1.0, ge=0.01, le=50)
     """Width of a billboard, after which it repeats."""
     texture_px: Count = Field(768, ge=16, le=4096)
     """Texels on that width."""

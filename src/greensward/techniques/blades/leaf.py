@@ -40,7 +40,7 @@ class ThinSettings(Model):
 class LeafSettings(ThinSettings):
     """Fineness, thinness and roundness of blades."""
 
-    error_px: Number = Field(default=0.7, gt=0, le=100)
+    error_px: Number = Field(default=0.7, ge=1e-6, le=100)
     """A blade gets as many segments as keep it this close to its true curve on the screen."""
     max_level: Count = Field(default=12, ge=1, le=64)
     """Never more segments than this."""

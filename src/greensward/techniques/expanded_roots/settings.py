@@ -10,7 +10,7 @@ from greensward.techniques.blades.leaf import ThinSettings
 
 MOST_EXTRA = 8
 MOST_POINTS = 7
-_Angle = Annotated[Number, Field(gt=0, le=90)]
+_Angle = Annotated[Number, Field(ge=0.1, le=90)]
 _Distance = Annotated[Number, Field(ge=0, le=10_000)]
 
 
@@ -49,15 +49,15 @@ class RootSettings(ThinSettings):
         (7, 5, 3)
     )
     """Vertices of a blade's outline, by level: two for each point of the trajectory but the last, the tip."""
-    speed_mps: Number = Field(2.0, gt=0, le=1000)
+    speed_mps: Number = Field(2.0, ge=0.001, le=1000)
     """Launch speed of the particle whose trajectory is the middle line of a blade, scaled to the blade's length."""
     angle_deg: Range[_Angle] = default((48.0, 84.0))
     """Launch angle above the ground, from the least to the greatest of all blades."""
     gravity_mps2: Number = Field(9.81, ge=0, le=1000)
     """Gravity on the particle."""
-    interval_s: Number = Field(0.06, gt=0, le=1000)
+    interval_s: Number = Field(0.06, ge=0.001, le=1000)
     """Time between two points of the trajectory, at the finest level."""
-    root_width: Number = Field(1.0, gt=0, le=10)
+    root_width: Number = Field(1.0, ge=0.01, le=10)
     """Width at the root, in widths of the species."""
     top_width: Number = Field(0.75, ge=0, le=10)
     """Width at the last point below the tip, in widths of the species."""

@@ -44,7 +44,7 @@ class BillboardSettings(Model):
     """Colours of the third kind. Without it, blades of the species that dry from the tip."""
     alpha_texture: OptionalFileName = default(None)
     """Outline of all blades: the picture's alpha channel, or its brightness where it has none. Without it, a leaf."""
-    opacity: Number = Field(1.0, gt=0, le=1)
+    opacity: Number = Field(1.0, ge=0.001, le=1)
     """Least value of the alpha texture at which a blade is drawn; what lies below is discarded."""
     tile_texture: OptionalFileName = default(None)
     """Colours of a flat tile. Without it, the sward's own, with lines of other colours."""
