@@ -81,7 +81,7 @@ def test_what_moves_floats_or_is_told_not_to_clears_nothing():
         ({}, "clear[0]: must have path, with width_m, or outline (got neither)"),
         ({"path": [[0, 0]], "outline": [[0, 0], [1, 0], [0, 1]]}, "or outline (got both)"),
         ({"path": [[0, 0], [1, 1]]}, "clear[0]: width_m is missing, the width of the path"),
-        ({"path": [[0, 0]], "width_m": 0}, "clear[0].width_m: must be above 0 (got 0)"),
+        ({"path": [[0, 0]], "width_m": 0}, "clear[0].width_m: must be at least 0.001 (got 0)"),
         ({"outline": [[0, 0], [1, 0], [0, 1]], "width_m": 1.0}, "clear[0]: width_m is for a path"),
         ({"outline": [[0, 0], [1, 0]]}, "clear[0]: outline must have three corners at least, all different (got 2"),
         ({"outline": [[0, 0], [1, 0], [0, 1], [0, 0]]}, "(got 4, 3 of them different); it is closed without"),

@@ -218,7 +218,7 @@ class Binaries:
         reflected = json.dumps(_reflection(gl)).encode()
         payload = struct.pack("<II", kind.value, len(reflected)) + reflected + data.raw[: length.value]
         with suppress(OSError):
-            self._folder.mkdir(parents=True, exist_ok=True)
+            self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             handle, aside = tempfile.mkstemp(dir=self._folder, prefix=".new-")
             try:
                 with os.fdopen(handle, "wb") as file:

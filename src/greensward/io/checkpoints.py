@@ -15,6 +15,8 @@ from greensward.io.rasters import write_npz
 from greensward.scene.errors import InputError
 from greensward.scene.files import check_memory, open_file
 
+_MOST_CLIP_BYTES = 4096
+
 
 @dataclass(frozen=True)
 class Checkpoint:
@@ -63,6 +65,8 @@ def _arrays(path: Path) -> dict[str, npt.NDArray[Any]]:
         members = archive.infolist()
         check_memory(path, 2 * sum(member.file_size for member in members), "free some, or draw without it")
         for member in members:
+            if member.filename.startswith("clip_") and member.file_size > _MOST_CLIP_BYTES:
+                raise ValueError(f"{member.filename} is no single value")
             with archive.open(member) as opened:
                 array = read_npy(opened, member.file_size)
             if array.dtype.kind not in "biufU" or (array.dtype.kind == "f" and not np.isfinite(array).all()):
