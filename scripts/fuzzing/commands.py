@@ -48,7 +48,18 @@ _BASES: dict[str, list[list[str]]] = {
         ["--list"],
     ],
 }
-_DEAR = {"--size", "--seconds", "--samples", "--scale", "--frames", "--no-quality", "--fps"}
+_DEAR = {
+    "--size",
+    "--seconds",
+    "--samples",
+    "--scale",
+    "--frames",
+    "--no-quality",
+    "--fps",
+    "--list",
+    "--from",
+    "--compare",
+}
 """Options without which a command takes long."""
 _NUMBERS = (
     "0",
@@ -81,7 +92,6 @@ _INPUTS = (
     "empty.png",
     "",
     "x" * 5000,
-    "\0",
 )
 _OUTPUTS = (
     *(
@@ -114,7 +124,6 @@ _OUTPUTS = (
         "out/" + "x" * 300 + ".png",
         "",
         "-",
-        "\0",
         "out/\x1b.png",
         "out/é.png",
     ),
@@ -182,7 +191,6 @@ _VALUES: dict[str, tuple[str, ...]] = {
             "sowing.stored_m=5",
             "post.blur=x",
             "object.0.kind=box",
-            "\0=1",
             "é=1",
             "ground.file=fifo",
         ),
@@ -240,11 +248,10 @@ _POSITIONS: dict[str, tuple[str, ...]] = {
         "/dev/null/x",
         "x" * 300,
         "out/é",
-        "\0",
         ".",
         "~nobody",
     ),
-    "bench": ("blade-count", "x", "", "blade-count,blade-count", "Blade-Count", "presets,", ","),
+    "bench": ("blade-count", "x", "blade-count,blade-count", "Blade-Count", "blade-count,"),
     "stamp": ("picture.png", "rgba.png", "small.toml", *_INPUTS),
 }
 _SCENES = ("small.toml", "meadow", "meadw", "./meadow", "bench.json", "out", "football", *_INPUTS)
@@ -266,11 +273,11 @@ def run(case: Case) -> str:
     for name, content in {**others(), "small.toml": SMALL.encode()}.items():
         (case.folder / name).write_bytes(content)
     (case.folder / "out").mkdir()
-    arguments = _arguments(case)
+    arguments = [each.replace("\0", "") for each in _arguments(case)]  # no system hands that on
     case.note(" ".join(map(_shown, arguments)))
     case.limit(90)
     before = _listed(case.folder)
-    if case.chance(0.05) and not any("\0" in each or len(each) > 120_000 for each in arguments):
+    if case.chance(0.05) and max(map(len, arguments), default=0) < 120_000:
         case.note("as a process")
         code, out, err = _as_process(arguments)
     else:
@@ -308,7 +315,7 @@ def _changed(case: Case, name: str, given: list[str]) -> list[str]:
             return [*given[: k + 1], rng.choice(_VALUES[key]), *given[k + 2 :]]
     if action == "drop" and given:
         k = rng.randrange(len(given))
-        if not {given[k], given[k - 1]} & _DEAR:
+        if not {given[k], given[k - 1]} & {*_DEAR, "bench.json"} and given[k] != "blade-count":
             return given[:k] + given[k + 1 :]
     if action == "position":
         values = _POSITIONS.get(name, _SCENES)

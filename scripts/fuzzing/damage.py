@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import re
 import struct
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
 from typing import Any
+
+import numpy as np
 
 from fuzzing.case import Case, cut
 
@@ -307,9 +310,11 @@ _TYPES = (
 
 
 def mutated_npy(case: Case, data: bytes) -> bytes:
-    """An array, of which the header is mutated, or the bytes."""
-    if case.chance(0.4) or len(data) < 12:
+    """An array, of which the header, values or bytes are mutated."""
+    if case.chance(0.3) or len(data) < 12:
         return mutated(case, data)
+    if case.chance(0.4):
+        return _other_values(case, data)
     length = int.from_bytes(data[8:10], "little")
     header, rest = data[10 : 10 + length].decode("latin-1"), data[10 + length :]
     if case.chance(0.6):
@@ -324,6 +329,33 @@ def mutated_npy(case: Case, data: bytes) -> bytes:
     if len(text) > 65535 or case.chance(0.1):
         return b"\x93NUMPY\x02\x00" + struct.pack("<I", len(text)) + text + rest
     return data[:8] + struct.pack("<H", len(text)) + text + rest
+
+
+def _other_values(case: Case, data: bytes) -> bytes:
+    """The same array with one of its values, or all, strange."""
+    try:
+        array = np.load(io.BytesIO(data), allow_pickle=False).copy()
+    except Exception:
+        return mutated(case, data)
+    kind = array.dtype.kind
+    strange: list[Any] = [0, -1, 1, 2**31 - 1, 2**63 - 1, -(2**62), 255, 1000]
+    if kind == "f":
+        strange = [0.0, -0.0, math.nan, math.inf, -math.inf, 1e38, -1e38, 1e300, 1e9, -1e9, 1e-45, -1.0]
+    elif kind in "US":
+        strange = ["", "x", "{}", "\n", "x" * 1000]
+    value = case.rng.choice(strange)
+    case.note(f"value {cut(repr(value), 40)} in {array.dtype} {array.shape}")
+    with np.errstate(all="ignore"):
+        put = np.array([value]).astype(array.dtype) if kind not in "US" else np.array([value])
+    if array.ndim == 0 or kind in "US":
+        array = put[0] if array.ndim == 0 else put
+    elif case.chance(0.5):
+        array[...] = put[0]
+    elif array.size:
+        array.flat[case.rng.randrange(array.size)] = put[0]
+    stream = io.BytesIO()
+    np.save(stream, array, allow_pickle=False)
+    return stream.getvalue()
 
 
 def mutated_npz(case: Case, data: bytes) -> bytes:

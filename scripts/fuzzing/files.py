@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import tempfile
 import time
 from collections.abc import Callable
 from functools import cache
@@ -31,6 +32,7 @@ def run(case: Case) -> str:
     seeds, read = _KINDS[kind]
     name, data = case.rng.choice(sorted(seeds().items()))
     case.note(f"{kind}: {name}")
+    case.limit(20)
     furnish(case.folder)
     for beside, content in _beside().items():
         (case.folder / beside).write_bytes(content)
@@ -310,6 +312,35 @@ def _records() -> Seeds:
     return {".greensward-%04d.json": json.dumps(made).encode()}
 
 
+@cache
+def _states() -> Seeds:
+    """What `animate --checkpoint` writes of a small scene with all that has a state."""
+    from greensward.io.checkpoints import Checkpoint, write_checkpoint
+
+    with tempfile.TemporaryDirectory() as folder, _moving() as renderer:
+        renderer.render(0.0)
+        renderer.render(0.1)
+        path = Path(folder) / "moving.npz"
+        write_checkpoint(path, Checkpoint(0.0, 30.0, 4, "0" * 64, renderer.checkpoint()))
+        return {"moving.npz": path.read_bytes()}
+
+
+def _moving() -> Any:
+    from greensward.renderer import Renderer
+    from greensward.scene import Scene
+
+    scene = Scene.model_validate(
+        {
+            "sowing": {"density_per_m2": 20, "reach_m": 20},
+            "shadows": {"size_px": 64, "cascades": 1},
+            "simulation": {},
+            "object": [{"kind": "sphere", "position_m": [0, 0, 0]}],
+            "wind": [{"kind": "gusts"}, {"kind": "wake"}],
+        }
+    )
+    return Renderer(scene, size=(32, 18), temporal=True, device="cpu")
+
+
 # Readers ----------------------------------------------------------------------------------------------------
 
 
@@ -373,6 +404,24 @@ def _read_checkpoint(path: Path) -> object:
     return read_checkpoint(path)
 
 
+def _read_state(path: Path) -> object:
+    """Go on from a checkpoint, and draw; what does not fit the scene is refused."""
+    from greensward.io.checkpoints import read_checkpoint
+    from greensward.scene.errors import InputError
+
+    state = read_checkpoint(path).state
+    with _moving() as renderer:
+        try:
+            renderer.resume(state)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None  # as `animate` says it
+        renderer.render(0.2)
+        with renderer.device.use():
+            if (code := renderer.ctx.error) != "GL_NO_ERROR":
+                raise Finding(f"an error of OpenGL: {code}")
+    return None
+
+
 def _read_bench(path: Path) -> object:
     from greensward.bench import record
     from greensward.bench.comparison import compare
@@ -416,6 +465,7 @@ _KINDS: dict[str, tuple[Callable[[], Seeds], Read]] = {
     "mesh again": (_meshes, _read_mesh),
     "materials": (lambda: {"box.mtl": _beside()["box.mtl"]}, _read_mesh),
     "checkpoint": (_checkpoints, _read_checkpoint),
+    "state": (_states, _read_state),
     "bench": (_benches, _read_bench),
     "camera path": (_paths, _read_path),
     "camera": (_cameras, _read_camera),

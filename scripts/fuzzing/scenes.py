@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 from PIL import Image
+from pydantic import ValidationError
 
 from fuzzing import schemas
 from fuzzing.case import Case, Finding, check_sentence, cut, heard, quiet
@@ -68,17 +69,37 @@ def _text(case: Case) -> bytes:
     rng = case.rng
     if case.chance(0.02):
         return _swollen(case)
-    if case.chance(0.2):
+    if case.chance(0.4):
         case.note("a scene at random")
         table = schemas.valid(schemas.scene_schema(), rng)
+        if case.chance(0.8):
+            _mend(table)
     else:
         name = rng.choice(sorted(_presets()))
         case.note(f"preset {name}")
         table = copy.deepcopy(_presets()[name])
-    for _ in range(rng.choice([1, 1, 1, 2, 3])):
+    for _ in range(rng.choice([0, 1, 1, 1, 2, 3])):
         _mutate(case, table)
     text = _dumped(table)
     return mutated_text(case, text) if case.chance(0.1) else text
+
+
+def _mend(table: dict[str, Any]) -> None:
+    """Take out what rules of several keys refuse."""
+    from greensward.scene import Scene
+
+    for _ in range(20):
+        try:
+            Scene.model_validate(table)
+        except ValidationError as error:
+            for name, *rest in {each["loc"][:2] or ("camera",) for each in error.errors()}:
+                part = table.get(str(name))
+                if isinstance(part, dict) and len(rest) == 1 and rest[0] in part:
+                    del part[rest[0]]
+                else:
+                    table.pop(str(name), None)
+        else:
+            return
 
 
 def _dumped(table: dict[str, Any]) -> bytes:
