@@ -20,6 +20,7 @@ from typing import Any
 import moderngl
 
 from greensward.gpu.shader_source import ShaderError, Source, locate
+from greensward.interrupts import held_back
 
 CACHE_VARIABLE = "GREENSWARD_PROGRAM_CACHE"
 """Variable of the environment: `off` keeps no binaries, a path keeps them there instead of in the user's cache."""
@@ -115,15 +116,17 @@ class ProgramPool:
         return program
 
     def _link(self, key: str, sources: Mapping[str, Source]) -> GlProgram:
-        gl = self._binaries.load(key, tuple(sources)) if self._binaries else None
-        if gl is not None:
-            self.loaded += 1
+        # a program that is half made cannot be freed
+        with held_back():
+            gl = self._binaries.load(key, tuple(sources)) if self._binaries else None
+            if gl is not None:
+                self.loaded += 1
+                return gl
+            gl = self._compile(sources)
+            self.compiled += 1
+            if self._binaries:
+                self._binaries.save(key, gl)
             return gl
-        gl = self._compile(sources)
-        self.compiled += 1
-        if self._binaries:
-            self._binaries.save(key, gl)
-        return gl
 
     def _compile(self, sources: Mapping[str, Source]) -> GlProgram:
         texts: dict[str, Any] = {stage: source.text for stage, source in sources.items()}

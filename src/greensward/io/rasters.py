@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import os
 import threading
 import warnings
 from collections.abc import Iterator, Mapping
@@ -182,7 +183,25 @@ def opened_picture(path: object, stream: IO[bytes]) -> Iterator[Image.Image]:
             raise InputError(f"{path}: is not {kinds}, or its beginning is damaged") from None
         check_shape(path, (picture.height, picture.width))
         check_memory(path, 10 * picture.height * picture.width, "scale it down, or cut out a part")
-        yield picture
+        with _silent_libtiff() if picture.format == "TIFF" else contextlib.nullcontext():
+            yield picture
+
+
+@contextlib.contextmanager
+def _silent_libtiff() -> Iterator[None]:
+    """Keep from the terminal what libtiff writes there itself, past Pillow and Python."""
+    try:
+        kept = os.dup(2)
+    except OSError:  # there is no terminal
+        yield
+        return
+    try:
+        with Path(os.devnull).open("wb") as nothing:
+            os.dup2(nothing.fileno(), 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
 
 
 @contextlib.contextmanager

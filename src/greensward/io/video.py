@@ -17,6 +17,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from greensward.interrupts import held_back
 from greensward.io.rasters import write_picture
 from greensward.scene.errors import GreenswardError, InputError
 from greensward.scene.files import check_writable, read_file, written_aside
@@ -123,7 +124,12 @@ class VideoWriter:
         ]
 
     def __enter__(self) -> Self:
-        self._said = tempfile.TemporaryFile()  # a pipe that nobody reads would fill
+        with held_back():
+            self._said = tempfile.TemporaryFile()  # a pipe that nobody reads would fill
+            self._start()
+            return self
+
+    def _start(self) -> None:
         try:
             self._process = subprocess.Popen(
                 self._command,
@@ -140,7 +146,6 @@ class VideoWriter:
             ) from None
         assert self._process.stdin
         self._pipe = self._process.stdin
-        return self
 
     def add(self, image: npt.NDArray[np.uint8]) -> None:
         """Add a frame: sRGB, uint8 of shape (height, width, 3), top row first."""
@@ -190,12 +195,13 @@ class VideoWriter:
             if kind is None:
                 self.finish()
         finally:
-            self._process.kill()
-            self._process.wait()
-            with contextlib.suppress(OSError):  # what it still held is not wanted
-                self._pipe.close()
-            self._said.close()
-            self._aside.unlink(missing_ok=True)
+            with held_back():
+                self._process.kill()
+                self._process.wait()
+                with contextlib.suppress(OSError):  # what it still held is not wanted
+                    self._pipe.close()
+                self._said.close()
+                self._aside.unlink(missing_ok=True)
 
 
 def _apart() -> dict[str, Any]:

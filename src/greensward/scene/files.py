@@ -109,7 +109,7 @@ def written_aside(path: Path) -> Iterator[IO[bytes]]:
         raise GreenswardError(f"{path}: cannot be written: {error}") from None
     finally:
         if aside:
-            with contextlib.suppress(OSError, ValueError):
+            with held_back(), contextlib.suppress(OSError, ValueError):
                 aside.unlink(missing_ok=True)
 
 
