@@ -262,7 +262,7 @@ def commands() -> dict[str, Any]:
     """Commands by name, with their options, as the command line has them."""
     import typer
 
-    from greensward.cli import app
+    from greensward.cli.app import app
 
     return dict(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
 

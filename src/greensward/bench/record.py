@@ -24,7 +24,7 @@ class _Row(BaseModel):
     """One measurement; other columns than these hold numbers."""
 
     model_config = _Strict
-    __pydantic_extra__: dict[str, _Figure | list[float]] = Field(init=False)
+    __pydantic_extra__: dict[str, _Figure] = Field(init=False)
     workload: str
     technique: str
     case: str

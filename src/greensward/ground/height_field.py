@@ -12,7 +12,7 @@ from greensward.ground.noise import octaves
 from greensward.io.elevation import extent_m, read_heights
 from greensward.io.samples import Samples
 from greensward.scene import EndlessGround, HeightMapGround, InputError, NoGround, NoiseGround, Scene
-from greensward.scene.base import MOST_EXTENT_M
+from greensward.scene.base import LEAST_EXTENT_M, MOST_EXTENT_M
 
 Array = npt.NDArray[np.float64]
 _MOST_PROBES = 10
@@ -138,6 +138,11 @@ def ground_size_m(scene: Scene) -> tuple[float, float]:
 def height_map_size_m(ground: HeightMapGround, path: Path) -> tuple[float, float]:
     """Extent of a height map: as the scene says, as its file says, or else 400 × 400 m. Raises `InputError`."""
     size_m = ground.size_m or (extent_m(path) if ground.file else None) or (400.0, 400.0)
+    if not all(LEAST_EXTENT_M <= side < np.inf for side in size_m):
+        raise InputError(
+            f"{path}: must cover at least {LEAST_EXTENT_M:g} m a side (its reference says {size_m[0]:g} × "
+            f"{size_m[1]:g} m); set ground.size_m"
+        )
     if max(size_m) > MOST_EXTENT_M:
         raise InputError(
             f"{path}: covers {size_m[0]:,.0f} × {size_m[1]:,.0f} m, and a ground at most {MOST_EXTENT_M:,} m "

@@ -37,6 +37,12 @@ def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
+def _none_or_some(density: float) -> float:
+    if 0.0 < density < 1e-6:
+        raise ValueError("must be 0, or at least 1e-6")
+    return density
+
+
 def _hex_colour(text: str) -> str:
     if not re.fullmatch(r"#[0-9a-fA-F]{6}", text):
         raise ValueError('must be an sRGB colour such as "#7d9a45"')
@@ -79,6 +85,8 @@ _T = TypeVar("_T")
 _Given = TypeVar("_Given", contravariant=True)
 _Held = TypeVar("_Held", covariant=True)
 Number = Annotated[float, Strict()]
+Density = Annotated[Number, AfterValidator(_none_or_some)]
+"""Number of blades on an area: 0, or one that is not lost in single precision."""
 Count = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
@@ -86,7 +94,8 @@ Colour = Annotated[str, Strict(), AfterValidator(_hex_colour)]
 _Coordinate = Annotated[float, Strict(), Field(ge=-1_000_000, le=1_000_000)]
 _Turn = Annotated[float, Strict(), Field(ge=-360, le=360)]
 MOST_EXTENT_M = 200_000
-_Extent = Annotated[float, Strict(), Field(ge=0.001, le=MOST_EXTENT_M)]
+LEAST_EXTENT_M = 0.001
+_Extent = Annotated[float, Strict(), Field(ge=LEAST_EXTENT_M, le=MOST_EXTENT_M)]
 
 if TYPE_CHECKING:
 
