@@ -144,9 +144,10 @@ def _word(case: Case, data: bytes) -> bytes:
 def _line(case: Case, data: bytes) -> bytes:
     lines = data.split(b"\n")
     at = case.rng.randrange(len(lines))
-    times = case.rng.choice([0, 0, 2, 3, 100, 20_000])
+    times = case.rng.choice([0, 0, 2, 3, 100, 100_000])
+    times = min(times, 1 + 20_000_000 // (1 + len(lines[at])))
     case.note(f"line {at + 1}, {cut(lines[at].decode(errors='replace'), 60)}, {times} times")
-    if times == 20_000 and case.chance(0.5):
+    if times > 1000 and case.chance(0.5):
         case.note("each with a number of its own")
         repeated = [lines[at] + str(k).encode() for k in range(times)]
     else:
@@ -167,8 +168,8 @@ def _wide(case: Case, data: bytes) -> bytes:
     if not words:
         return data
     word = case.rng.choice(words)
-    case.note(f"{cut(word[0].decode(errors='replace'), 40)} at {word.start()} 100,000 times")
-    return data[: word.start()] + b" ".join([word[0]] * 100_000) + data[word.end() :]
+    case.note(f"{cut(word[0].decode(errors='replace'), 40)} at {word.start()} up to 100,000 times")
+    return data[: word.start()] + b" ".join([word[0]] * min(100_000, 20_000_000 // len(word[0]))) + data[word.end() :]
 
 
 _TEXT: tuple[Callable[[Case, bytes], bytes], ...] = (_word, _word, _word, _line, _line, _swap, _wide)
@@ -196,7 +197,7 @@ def mutated_json(case: Case, data: bytes) -> bytes:
         if action == "delete":
             del holder[key]
         elif action == "repeat" and isinstance(holder, list):
-            times = case.rng.choice([2, 100, 20_000])
+            times = case.rng.choice([2, 100, 200_000])
             case.note(f"{times} times")
             holder[key:key] = [holder[key]] * times
         elif action == "nest":

@@ -50,7 +50,8 @@ def run(case: Case) -> str:
     """End one run at a random moment, and judge what it says and leaves; then the same command must succeed."""
     rng = case.rng
     name = rng.choice([*_known(), "render", "sequence", "video" if "video" in _known() else "sequence"])
-    cold, ending, part = case.chance(0.3), rng.choice(_SIGNALS), rng.uniform(0.0, 1.1)
+    cold, ending = case.chance(0.3), rng.choice(_SIGNALS)
+    part = rng.uniform(*(0.8, 1.05) if case.chance(0.3) else (0.0, 1.0))  # files are written at the end
     twice = ending == signal.SIGINT and case.chance(0.2)
     case.note(f"{name}{' without compiled programs' * cold}: {signal.Signals(ending).name}{' twice' * twice}")
     case.limit(400)

@@ -21,7 +21,7 @@ from fuzzing import schemas
 from fuzzing.case import Case, Finding, check_sentence, cut, heard, quiet
 from fuzzing.damage import mutated_text
 
-DRAWN = 0.5
+DRAWN = 0.7
 """Share of the accepted scenes that are drawn."""
 SIZE = (48, 27)
 _NEEDS_A_DEVICE = ("memory", "GPU", "driver", "this device", "texture")

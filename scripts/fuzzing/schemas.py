@@ -75,13 +75,24 @@ def _inlined(model: type[BaseModel]) -> Schema:
             rest = {key: value for key, value in node.items() if key != "$ref"}
             return put_in({**definitions[node["$ref"].rsplit("/", 1)[1]], **rest})
         made = {key: put_in(value) for key, value in node.items() if key != "default"}
-        for key, value in made.get("properties", {}).items():
+        own = made.get("properties", {})
+        for key in [key for key, value in own.items() if _is_for_python(value)]:
+            del own[key]
+        for key, value in own.items():
             if isinstance(value, dict) and (node.get("title"), key) in files:
                 _mark(value)
         return made
 
     result: Schema = put_in(schema)
     return result
+
+
+def _is_for_python(schema: Any) -> bool:
+    """Return whether a key takes arrays alone, which TOML cannot give."""
+    found = options(schema) if isinstance(schema, dict) else []
+    return bool(found) and all(
+        each.get("type") == "array" and not {"items", "prefixItems"} & each.keys() for each in found
+    )
 
 
 def _mark(schema: Schema) -> None:
@@ -203,6 +214,8 @@ def _bounds(schema: Schema) -> tuple[float, float]:
 
 def _number(schema: Schema, rng: random.Random) -> float:
     low, high = _bounds(schema)
+    if rng.random() < 0.1:
+        return _edge_number(schema, rng, 1.0)
     if rng.random() < 0.6 and low <= 1.0 <= high:
         return min(max(math.pow(10.0, rng.uniform(-2, 2)), low), high)
     return rng.uniform(low, high) or 0.5 * (low + high)
@@ -230,13 +243,13 @@ def edge(schema: Schema | None, rng: random.Random) -> Any:
             return rng.choice(TEXTS)
 
 
-def _edge_number(schema: Schema, rng: random.Random) -> float:
+def _edge_number(schema: Schema, rng: random.Random, allowed_share: float = 0.7) -> float:
     """A number at a bound or a strange one, more often one that is allowed."""
     found = [*_edges(schema), *(rng.choice(NUMBERS) for _ in range(3))]
     low, high = schema.get("minimum", -math.inf), schema.get("maximum", math.inf)
     above, below = schema.get("exclusiveMinimum", -math.inf), schema.get("exclusiveMaximum", math.inf)
     allowed = [each for each in found if low <= each <= high and above < each < below and math.isfinite(each)]
-    chosen: float = rng.choice(allowed if allowed and rng.random() < 0.7 else found)
+    chosen: float = rng.choice(allowed if allowed and rng.random() < allowed_share else found)
     return chosen
 
 
