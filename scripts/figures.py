@@ -265,14 +265,18 @@ def motion() -> str:
 
 def soak() -> str:
     parts = []
-    for machine, was in results("motion").items():
+    for machine, was in results("soak").items():
         on_gpu = machine == "gpu"
-        table = Table(["frames", "median, ms", "slowest, ms", "process MiB", *["free GPU MiB"] * on_gpu])
-        for row in was["soak"]:
-            times = number(row["frame_ms"]), number(row["frame_ms_max"])
+        free = ["free GPU MiB"] * on_gpu
+        table = Table(["frames", "median, ms", "99 %, ms", "process MiB", *free, "files", "mean", "contrast"])
+        for row in was["rows"]:
+            times = number(row["frame_ms"]), number(row["frame_ms_p99"])
             memory = count(row["process_mib"]), *[count(row["gpu_free_mib"])] * on_gpu
-            table.add(f"to {row['to_frame']:,}", *times, *memory)
-        parts.append(with_title(was["machine"]["driver"], f"{was['rows'][0]['blades']:,} blades", table))
+            picture = f"{row['mean']:.4f}", f"{row['contrast']:.4f}"
+            table.add(f"to {row['to_frame']:,}", *times, *memory, count(row["open_files"]), *picture)
+        beside = f", {was['processes']} processes beside each other" if was["processes"] > 1 else ""
+        what = f"{was['blades']:,} blades, {was['size'].replace('x', ' × ')}{beside}"
+        parts.append(with_title(was["machine"]["driver"], what, table))
     return "\n".join(parts)
 
 

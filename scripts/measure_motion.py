@@ -15,7 +15,6 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -23,7 +22,6 @@ import numpy as np
 import numpy.typing as npt
 
 import greensward as gs
-from greensward.gpu.memory import available_bytes
 
 FORCES = """
 #version 430
@@ -199,56 +197,20 @@ def measure(name: str, case: dict[str, Any], blades: int, frames: int) -> dict[s
         }
 
 
-def soak(blades: int, frames: int, size: tuple[int, int]) -> list[dict[str, float]]:
-    """Draw frames of a simulated field with moving balls; return frame time and memory for each tenth of them."""
-    case = {"simulation": {}, "wind": [{"kind": "gusts"}], "balls": 20}
-    rows = []
-    with gs.Renderer(field(blades, case), size=size) as renderer:
-        ctx = renderer.ctx
-        target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
-        renderer.draw(target, 0.0)
-        for part in range(10):
-            times = []
-            for frame in range(part * frames // 10, (part + 1) * frames // 10):
-                ctx.finish()
-                started = time.perf_counter()
-                renderer.draw(target, (frame + 1) / 60)
-                ctx.finish()
-                times.append((time.perf_counter() - started) * 1e3)
-            resident = next(
-                line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmRSS")
-            )
-            rows.append(
-                {
-                    "to_frame": (part + 1) * frames // 10,
-                    "frame_ms": round(statistics.median(times), 3),
-                    "frame_ms_max": round(max(times), 3),
-                    "gpu_free_mib": available_bytes(renderer.device) >> 20,
-                    "process_mib": int(resident.split()[1]) >> 10,
-                }
-            )
-            print(rows[-1], file=sys.stderr)
-    return rows
-
-
 def main() -> None:
     """Measure, and print the result."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--blades", type=int, default=100_000)
     parser.add_argument("--frames", type=int, default=15)
-    parser.add_argument("--soak", type=int, default=0, metavar="FRAMES", help="draw this many whole frames as well")
-    parser.add_argument("--size", default="640x360")
     arguments = parser.parse_args()
     rows = []
     for name, case in CASES.items():
         rows.append(measure(name, case, arguments.blades, arguments.frames))
         print(rows[-1], file=sys.stderr)
-    width, height = map(int, arguments.size.split("x"))
-    soaked = soak(arguments.blades, arguments.soak, (width, height)) if arguments.soak else []
     with gs.Renderer(gs.Scene(grass=()), size=(8, 8)) as renderer:
         driver = renderer.driver
     machine = {"driver": driver, "python": platform.python_version(), "greensward": gs.__version__}
-    print(json.dumps({"machine": machine, "rows": rows, "soak": soaked}, indent=1))
+    print(json.dumps({"machine": machine, "rows": rows}, indent=1))
 
 
 if __name__ == "__main__":
