@@ -13,6 +13,7 @@ from greensward.scene import Box, Capsule, Cylinder, Mesh, Sphere
 
 Floats = npt.NDArray[np.float64]
 Shape = Box | Sphere | Cylinder | Capsule | Mesh
+_NOWHERE = (0.0, 0.0, 0.0)
 _SIDES, _RINGS = 96, 48  # fine enough that no silhouette shows its corners
 
 
@@ -36,6 +37,23 @@ def mesh_of(shape: Shape, resolve: Callable[[str], Path], *, sides: int = _SIDES
             low, high = mesh.bounds
             base = np.array([0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])])
             return replace(mesh, positions=(mesh.positions - base) * shape.scale)
+
+
+def unit_shape(solid: Shape) -> tuple[Shape, float]:
+    """The solid without its place and look, a metre long, or a mesh as its file has it; and the factor to its size.
+
+    Objects that are alike in shape have equal ones.
+    """
+    match solid:
+        case Capsule():
+            size = solid.length_m
+            return Capsule(position_m=_NOWHERE, radius_m=solid.radius_m / size, length_m=1.0), size
+        case Mesh():
+            return Mesh(position_m=_NOWHERE, file=solid.file, up=solid.up), solid.scale
+        case _:
+            size = max(solid.size_m)
+            x, y, z = (edge / size for edge in solid.size_m)
+            return type(solid)(position_m=_NOWHERE, size_m=(x, y, z)), size
 
 
 def _upright(mesh: TriMesh, up: Literal["y", "z"]) -> TriMesh:
