@@ -118,8 +118,8 @@ class Colliders:
     ) -> None:
         """Take up the objects' places at up to `MOST_INSTANTS` instants; `tallest_m` is of the grass.
 
-        Lists what reaches into each cell at any of them, of a grid over the objects between two corners `within`,
-        x and z, which hold all blades that are simulated. Shaders count from the anchor, (3,).
+        Lists what reaches into each cell at any of them, of a grid over the objects that reach between two corners
+        `within`, (3,), which hold all blades that are simulated. Shaders count from the anchor, (3,).
         """
         here = anchor_ws, *within
         if not self.count or (self._placed_for and not self.moving and all(map(np.array_equal, here, self._placed_for))):
@@ -128,13 +128,13 @@ class Colliders:
         placed = np.stack([self._placing.at(time_s) for time_s in (times_s if self.moving else times_s[-1:])])
         placed[..., :3, 3] -= anchor_ws
         margin_m = tallest_m + _SLACK_M
-        centre = np.einsum("snij,nj->sni", placed[..., [0, 2], :], self._middle)
+        centre = np.einsum("snij,nj->sni", placed[..., :3, :], self._middle)
         reach = (self._radius + margin_m)[:, None]
         grid = _listed(
             centre.min(axis=0) - reach,
             centre.max(axis=0) + reach,
             self._solids["count"].astype(np.int64),
-            *(corner - anchor_ws[[0, 2]] for corner in within),
+            *(corner - anchor_ws for corner in within),
         )
         self._block.set(
             low=grid.low,
@@ -205,12 +205,13 @@ class _Grid:
 
 
 def _listed(low: Floats, high: Floats, balls: Indices, first: Floats, last: Floats) -> _Grid:
-    """Grid between two corners, no larger than the objects' bounds (n, 2), and the objects near each of its cells.
+    """Grid between two corners, no larger than the objects' bounds (n, 3), and the objects near each of its cells.
 
     An object has so many `balls`. The grid has fewer cells where objects are many and large.
     """
     here = np.flatnonzero(((high >= first) & (low <= last)).all(axis=1) & (balls > 0))
-    low, high, balls = low[here], high[here], balls[here]
+    low, high, balls = low[here][:, [0, 2]], high[here][:, [0, 2]], balls[here]
+    first, last = first[[0, 2]], last[[0, 2]]
     corner = np.maximum(low.min(axis=0, initial=np.inf), first) if len(here) else first
     edge_m = np.maximum(np.minimum(high.max(axis=0), last) - corner, 1e-3) if len(here) else np.ones(2)
     side = _SIDE

@@ -70,8 +70,8 @@ class BladeSimulation:
         self._colliders = colliders
         self._states: dict[Page, moderngl.Buffer] = {}
         self._ranges: list[SimulatedRanges] = []
-        self._within = np.zeros(2), np.zeros(2)
-        """Corners, x and z, of what holds all blades that are simulated."""
+        self._within = np.zeros(3), np.zeros(3)
+        """Corners of a box that holds all blades that are simulated."""
         self._simulated: dict[Page, Indices] = {}
         """Serial numbers of the tiles of each page that were simulated for the last visible set."""
         self._steps: int | None = None
@@ -100,7 +100,7 @@ class BladeSimulation:
         within_m, left = self._settings.within_m, []
         simulated: dict[Page, Indices] = {}
         self._ranges = []
-        corners = [np.full((1, 2), np.inf)], [np.full((1, 2), -np.inf)]
+        corners = [np.full((1, 3), np.inf)], [np.full((1, 3), -np.inf)]
         for needed in stored:
             page, order, away = needed.page, needed.order, needed.away
             wide = np.linalg.norm(2.0 * page.tiles.half, axis=1)[order]
@@ -118,7 +118,7 @@ class BladeSimulation:
             simulated[page] = serial[away < within_m]
             left.append(np.where(inside, 0, needed.eighths))
             for end, bounds in zip(corners, (page.tiles.low, page.tiles.high), strict=True):
-                end.append(bounds[away < within_m][:, [0, 2]])
+                end.append(bounds[away < within_m])
         self._within = np.concatenate(corners[0]).min(axis=0), np.concatenate(corners[1]).max(axis=0)
         self._simulated = simulated
         # what a step of the camera may leave behind, or the first steps would make room in the midst of frames

@@ -14,24 +14,28 @@ from greensward.scene import Box, Capsule, Cylinder, Mesh, Sphere
 Floats = npt.NDArray[np.float64]
 Shape = Box | Sphere | Cylinder | Capsule | Mesh
 _NOWHERE = (0.0, 0.0, 0.0)
-_SIDES, _RINGS = 96, 48  # fine enough that no silhouette shows its corners
+SIDES, _RINGS = 96, 48
+"""Sides and rings of what is round: fine enough that no silhouette shows its corners."""
 
 
-def mesh_of(shape: Shape, resolve: Callable[[str], Path], *, sides: int = _SIDES, painted: bool = False) -> TriMesh:
+def mesh_of(
+    shape: Shape, resolve: Callable[[str], Path], *, sides: int = SIDES, rings: int = _RINGS, painted: bool = False
+) -> TriMesh:
     """The surface of an object before it is turned and placed; the centre of its base is the origin.
 
-    `resolve` finds the files that the scene names; what is round has so many `sides`; with `painted` meshes tell
-    their materials too. Raises `InputError` for a mesh that cannot be read.
+    `resolve` finds the files that the scene names; what is round has so many `sides`, and a ball so
+    many `rings`, an even number; with `painted` meshes tell their materials too. Raises `InputError` for a mesh that
+    cannot be read.
     """
     match shape:
         case Box():
             return _box(np.array(shape.size_m))
         case Sphere():
-            return _revolved(_ball(0.5, 1.0), np.array(shape.size_m), sides)
+            return _revolved(_ball(0.5, 1.0, rings), np.array(shape.size_m), sides)
         case Cylinder():
             return _revolved(_LIDDED, np.array(shape.size_m), sides)
         case Capsule():
-            return _revolved(_ball(shape.radius_m, shape.length_m), np.ones(3), sides)
+            return _revolved(_ball(shape.radius_m, shape.length_m, rings), np.ones(3), sides)
         case Mesh():
             mesh = _upright(read_mesh(resolve(shape.file), painted), shape.up)
             low, high = mesh.bounds
@@ -86,13 +90,13 @@ _LIDDED = np.array(
 )
 
 
-def _ball(radius: float, length: float) -> Floats:
+def _ball(radius: float, length: float, rings: int) -> Floats:
     """Half a circle, its halves drawn apart until it is this long."""
-    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _RINGS + 1)
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, rings + 1)
     outward, up = np.cos(angle), np.sin(angle)
     outward[[0, -1]] = 0.0
     arc = np.stack([radius * outward, radius * (1.0 + up), outward, up], -1)
-    low, high = arc[: _RINGS // 2 + 1], arc[_RINGS // 2 :].copy()
+    low, high = arc[: rings // 2 + 1], arc[rings // 2 :].copy()
     high[:, 1] += length - 2.0 * radius
     return np.concatenate([low, high if length > 2.0 * radius else high[1:]])
 
