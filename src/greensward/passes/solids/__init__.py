@@ -35,9 +35,9 @@ _CORNER = np.dtype(
     [("corner", "f4", 3), ("normal", "f4", 3), ("tint", "f4", 4), ("texel", "f4", 2), ("surface", "f4", 4)]
 )
 _CORNER_FORMAT = "3f4 3f4 4f4 2f4 4f4"
-_LEVELS = 4
-"""Levels of detail of what is round: each has half the sides of the one before."""
-_OFF_PX = 0.05
+_SIDES = np.array([SIDES, 64, 48, 32, 24, 16, 12, 8])
+"""Sides of what is round, by level of detail."""
+_OFF_PX = 0.1
 """How far the silhouette of a level may be off, in pixels: radius * (1 - cos(pi / sides))."""
 Floats = npt.NDArray[np.float64]
 
@@ -113,13 +113,13 @@ class Solids:
         """Add the levels of the shape of an object; returns its bounds, (2, 3)."""
         solid, resolve = _of_unit_size(self._world.objects[index]), self._world.scene.resolve
         painted = solid.colour is None
-        for level in range(1 if isinstance(solid, Box | MeshObject) else _LEVELS):
-            sides = SIDES >> level
+        levels = _SIDES[:1] if isinstance(solid, Box | MeshObject) else _SIDES
+        # the finest last, as its bounds are those of all
+        for sides in levels[::-1].tolist():
             mesh = mesh_of(solid, resolve, sides=sides, rings=sides // 2, painted=painted)
             _refuse_too_large(device, mesh, index)
             self._levels.append(_Level(device, mesh, painted))
-            bounds = mesh.bounds if level == 0 else bounds
-        return bounds
+        return mesh.bounds
 
     def draw(self, view: View) -> None:
         """Draw every object in view where it is."""
@@ -152,8 +152,8 @@ class Solids:
         radius = self._half[seen].max(axis=1)
         depth = middle[seen] @ view.axis_ws[:3] + view.axis_ws[3] - np.linalg.norm(self._half[seen], axis=1)
         pixels = radius / np.maximum(view.pixel_m[0] * np.maximum(depth, 0.0) + view.pixel_m[1], 1e-12)
-        coarser = sum(pixels * (0.5 * (np.pi / (SIDES >> k)) ** 2) < _OFF_PX for k in range(1, _LEVELS))
-        level = np.minimum(self._first[seen] + coarser, self._last[seen])
+        coarser = np.searchsorted(-_OFF_PX / (1.0 - np.cos(np.pi / _SIDES[1:])), -pixels)
+        level = np.maximum(self._last[seen] - coarser, self._first[seen])
         order = np.argsort(level, kind="stable")
         return seen[order], level[order]
 
