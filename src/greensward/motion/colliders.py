@@ -122,7 +122,9 @@ class Colliders:
         `within`, (3,), which hold all blades that are simulated. Shaders count from the anchor, (3,).
         """
         here = anchor_ws, *within
-        if not self.count or (self._placed_for and not self.moving and all(map(np.array_equal, here, self._placed_for))):
+        if not self.count or (
+            self._placed_for and not self.moving and all(map(np.array_equal, here, self._placed_for))
+        ):
             return
         self._placed_for = here
         placed = np.stack([self._placing.at(time_s) for time_s in (times_s if self.moving else times_s[-1:])])
@@ -184,7 +186,7 @@ def _shared_balls(hard: Sequence[Object], resolve: _Resolve) -> tuple[Floats, np
 
 
 def _bounds(balls: Floats, solids: npt.NDArray[np.void]) -> tuple[Floats, Floats]:
-    """A sphere around the balls of each object in its own space: middle with a 1 below it, (n, 4), and radius, (n,)."""
+    """A sphere around the balls of each object in its own space: middle and a 1, (n, 4), and radius, (n,)."""
     first, of = np.unique(solids[["first", "count"]], return_inverse=True)
     middle, radius = np.ones((len(first), 4)), np.zeros(len(first))
     for i, (start, count) in enumerate(first.tolist()):

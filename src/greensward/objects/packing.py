@@ -106,8 +106,8 @@ def _chosen(centres: Floats, radii: Floats, points: Floats, size: float, most: i
 def _best(gains: Floats, away: Singles, gap: Singles) -> int:
     """The ball that gains most; `gains` are those of an earlier choice, and are brought up to date where needed.
 
-    What a ball gains only falls from choice to choice, so that those whose old gain is less need no look (Minoux 1978,
-    "Accelerated greedy algorithms for maximizing submodular set functions").
+    What a ball gains only falls from choice to choice, so that those whose old gain is less need no look
+    (Minoux 1978, "Accelerated greedy algorithms for maximizing submodular set functions").
     """
     order = np.argsort(-gains, kind="stable")
     for rows in _runs(len(order)):

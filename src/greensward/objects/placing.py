@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +14,7 @@ Floats = npt.NDArray[np.float64]
 Script = Callable[[float], npt.ArrayLike]
 """Time in seconds to the centre of an object's base, (3,) with y above the ground, or to its whole matrix, (4, 4)."""
 _STEPS = 32  # per key, in which the rolling of a ball is added up
+_MOST_ROLLING_KEYS = 100_000
 
 
 def about(axis: Floats, angle: float) -> Floats:
@@ -206,6 +206,12 @@ class Placing:
         self._tracks = Tracks(paths)
         self._middle = np.array([[0.0, 0.5 * height_of(objects[i]), 0.0] for i in self._on_path]).reshape(-1, 3)
         self._rolls = np.array([k for k, path in enumerate(paths) if path.rolls], np.int64)
+        rolling_keys = sum(len(paths[k].times_s) for k in self._rolls)
+        if rolling_keys > _MOST_ROLLING_KEYS:
+            raise InputError(
+                f"object: paths that roll must have at most {_MOST_ROLLING_KEYS:,} keys together "
+                f"(got {rolling_keys:,}); use fewer times_s, or rolls = false"
+            )
         self._rolling = _Rolling([paths[k] for k in self._rolls], self._middle[self._rolls, 1])
         self._still = np.tile(np.eye(4), (len(objects), 1, 1))
         self._stand(slice(None), np.array([each.position_m for each in objects]).reshape(-1, 3), self._still)
@@ -256,7 +262,7 @@ class Placing:
 
 
 class _Rolling:
-    """Rotations of balls that roll along their paths, integrated in small steps, those of one after those of another."""
+    """Rotations of balls that roll along their paths, integrated in small steps: those of one after another's."""
 
     def __init__(self, paths: Sequence[Path], radii: Floats) -> None:
         times = [_finely(np.array(path.times_s)) for path in paths]

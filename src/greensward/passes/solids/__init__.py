@@ -169,8 +169,8 @@ def _refuse_too_large(device: Device, mesh: TriMesh, index: int) -> None:
     if needed > free:
         raise InputError(
             f"object[{index}].file: {len(mesh.triangles) / 1e6:,.1f} million triangles and their pictures need "
-            f"{needed / 2**30:,.1f} GiB, and this device can give {free / 2**30:,.1f} GiB; simplify it, or have fewer "
-            "meshes"
+            f"{needed / 2**30:,.1f} GiB, and this device can give {free / 2**30:,.1f} GiB; simplify it, "
+            "or have fewer meshes"
         )
 
 
