@@ -47,7 +47,7 @@ MOST_INSTANTS = 16
 _MOST_ROUNDS = 60_000
 """Rounds of loops in an invocation: llvmpipe ends all loops after 65,535 together."""
 _SLACK_M = 0.01
-"""What rounding may move a blade or a ball."""
+"""Distance by which rounding may move a blade or a ball, with room."""
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
@@ -153,7 +153,8 @@ class Colliders:
             (self._buffers["Cells"], (len(grid.heads) + int(grid.heads["entry"][-1])) * _ENTRY.dtype.itemsize),
         ):
             if buffer.size < nbytes:
-                buffer.orphan(nbytes * 5 // 4 // WORD * WORD)
+                # with some room to grow
+                buffer.orphan(-(-nbytes * 5 // 4 // _ENTRY.dtype.itemsize) * _ENTRY.dtype.itemsize)
         upload(self._lists["Near"], grid.near)
         for kernel, count in ((self._reach, len(self._solids)), (self._list, grid.side**2)):
             kernel.run_over(count)

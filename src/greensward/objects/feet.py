@@ -160,7 +160,7 @@ def _raster(points: Floats, triangles: npt.NDArray[np.int64], high_m: float) -> 
     """Quadrilaterals (n, 4, 2) of the surface between two heights and what it encloses, in rows along x."""
     height = points[:, 1][triangles]
     lowest, highest = (end(end(height[:, 0], height[:, 1]), height[:, 2]) for end in (np.minimum, np.maximum))
-    flat = points[triangles[(highest >= -_SUNK_M) & (lowest <= high_m)]][..., [0, 2, 1]]
+    flat = points[triangles[(highest >= -_SUNK_M) & (lowest < high_m)]][..., [0, 2, 1]]
     if not len(flat):
         return np.zeros((0, 4, 2))
     # triangles of a few texels are drawn as points, and the gaps between these closed

@@ -38,7 +38,7 @@ _CORNER_FORMAT = "3f4 3f4 4f4 2f4 4f4"
 _SIDES = np.array([SIDES, 64, 48, 32, 24, 16, 12, 8])
 """Sides of what is round, by level of detail."""
 _OFF_PX = 0.1
-"""How far the silhouette of a level may be off, in pixels: radius * (1 - cos(pi / sides))."""
+"""Pixels by which the silhouette of a level may be off, radius * (1 - cos(pi / sides))."""
 Floats = npt.NDArray[np.float64]
 
 
