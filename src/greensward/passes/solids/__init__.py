@@ -94,12 +94,16 @@ class Solids:
             "Seen": device.ctx.buffer(reserve=len(things) * WORD),
         }
         stages = f"{_FOLDER}/solid.vert", f"{_FOLDER}/solid.frag"
+        weathered = {"WEATHERED": 1} if things["weathered"].any() else {}
         meshes = [level.mesh for level in self._levels]
         self._draws = {
             (purpose, pictured): Draw(
                 device,
                 *stages,
-                defines={**({"SHADOW": 1} if purpose == "shadow" else {}), **({"PICTURES": 1} if pictured else {})},
+                defines={
+                    **({"SHADOW": 1} if purpose == "shadow" else weathered),
+                    **({"PICTURES": 1} if pictured else {}),
+                },
                 bindings=world.bindings,
                 meshes=meshes,
             )
