@@ -393,3 +393,15 @@ def test_other_numbers_take_effect_in_place_and_other_cells_do_not(renderer):
     drawn.update(small_scene(**_tables(cells=27)))
     drawn.render(1.1)
     assert drawn.checkpoint()["wake_velocities"].shape == (27, 27, 2)
+
+
+def test_only_what_moves_near_the_field_is_worked_on(renderer, monkeypatch):
+    pushed, push = [], Grid.push
+    monkeypatch.setattr(Grid, "push", lambda self, mover, *a: (pushed.append(mover.at), push(self, mover, *a))[1])
+    far = [_ball([[60.0 + k, 0.5, 0.0], [66.0 + k, 0.5, 0.0]]) for k in range(50)]
+    high = [_ball([[-3.0, 90.0, 0.0], [3.0, 90.0, 0.0]]) for _ in range(50)]
+    at_rest = [_ball([[2.0, 0.5, 0.0], [2.0, 0.5, 0.0]]) for _ in range(50)]
+    objects = [{**each, "drawn": False, "collides": False} for each in (*far, *high, *at_rest, _FLYING)]
+    wake = {**_WAKE, "by": "objects", "downwash_mps2": 0.0}
+    renderer(small_scene(wind=[wake], object=objects)).render(1.0)
+    assert 0 < len(pushed) <= SETTLE_STEPS

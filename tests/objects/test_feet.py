@@ -5,6 +5,7 @@ import pytest
 import trimesh
 
 from greensward.ground import HeightField
+from greensward.objects import feet
 from greensward.objects.feet import feet_of, trapezoids
 from greensward.objects.placing import Placing
 from greensward.sowing.clearings import Pieces
@@ -125,3 +126,27 @@ def test_a_fine_mesh_has_a_whole_foot_of_few_pieces(tmp_path):
     ((corners, _),) = feet_of(scene.object, Placing(scene.object, heights), heights, scene.resolve, HIGH_M)
     _agree(open_at(POINTS, Pieces.of(corners, 0.0, 0.0)) < 0.5, np.hypot(*POINTS.T) < np.sqrt(4.0 - 0.7**2), 0.02)
     assert len(corners) < 40
+
+
+def test_meshes_that_stand_alike_have_one_foot_turned_as_they_are(tmp_path, monkeypatch):
+    trimesh.creation.box((0.6, 0.2, 0.3)).export(tmp_path / "slab.ply")
+    made, raster = [], feet._raster
+    monkeypatch.setattr(feet, "_raster", lambda *given: made.append(given) or raster(*given))
+    slab = {"kind": "mesh", "file": "slab.ply"}
+    things = [{**slab, "position_m": [1.0 * k, 0.0, 2.0], "yaw_deg": 10.0 * k, "name": f"{k}"} for k in range(20)]
+    counts = []
+    for ground in ({"kind": "flat"}, NOISE):
+        scene = small_scene(object=things, ground=ground).in_folder(tmp_path)
+        heights = HeightField.of(scene)
+        placing = Placing(scene.object, heights)
+        made.clear()
+        found = feet_of(scene.object, placing, heights, scene.resolve, HIGH_M)
+        counts.append(len(made))
+    assert counts == [1, 20]
+    level = small_scene(object=things).in_folder(tmp_path)
+    flat = HeightField.of(level)
+    found = feet_of(level.object, Placing(level.object, flat), flat, level.resolve, HIGH_M)
+    for k, (corners, _) in enumerate(found):
+        yaw = np.radians(10.0 * k)
+        own = (corners.reshape(-1, 2) - [1.0 * k, 2.0]) @ [[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]]
+        np.testing.assert_allclose(np.abs(own).max(axis=0), [0.3, 0.15], atol=0.01)

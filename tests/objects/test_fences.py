@@ -6,7 +6,7 @@ import pytest
 from greensward.ground import HeightField
 from greensward.objects.fences import all_objects
 from greensward.objects.placing import Placing
-from greensward.scene import Fence, SceneError
+from greensward.scene import Fence, InputError, SceneError
 from greensward.sowing.clearings import pieces_of, sward_defines
 from small_scenes import NOISE, small_scene
 
@@ -73,3 +73,10 @@ def test_a_fence_that_cannot_stand_is_refused(changed, expected):
     with pytest.raises(SceneError) as caught:
         Fence(**{**CORNER, **changed})
     assert expected in str(caught.value)
+
+
+def test_more_posts_and_rails_than_there_is_room_for_are_refused_before_they_are_made():
+    fence = {"path": [[0.0, 0.0], [99.0, 0.0]], "spacing_m": 0.05}
+    scene = small_scene(fence=[fence] * 10)
+    with pytest.raises(InputError, match=r"fence: must have at most 50,000 posts and rails together \(got 59,"):
+        all_objects(scene, HeightField.of(scene))

@@ -5,6 +5,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from greensward.ground import HeightField
+from greensward.objects import placing
 from greensward.objects.helicopter import helicopters
 from greensward.objects.placing import Placing
 from greensward.scene import Helicopter, InputError
@@ -154,3 +155,12 @@ def test_pitch_lifts_the_front_roll_leans_to_the_right_and_yaw_comes_last():
     # rolled about its own front, then lifted, then turned to the left
     np.testing.assert_array_equal(turned(yaw_deg=90, pitch_deg=90, roll_deg=90) @ up, front)
     np.testing.assert_array_equal(turned(yaw_deg=90, pitch_deg=90, roll_deg=90) @ front, up)
+
+
+def test_more_keys_of_rolling_paths_than_there_is_room_for_are_refused(monkeypatch):
+    monkeypatch.setattr(placing, "_MOST_ROLLING_KEYS", 7)
+    path = {"times_s": [0.0, 1.0], "positions_m": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}
+    ball = {"kind": "sphere", "position_m": [0.0, 0.0, 0.0]}
+    scene = small_scene(object=[{**ball, "path": {**path, "rolls": k % 2 == 0}} for k in range(8)])
+    with pytest.raises(InputError, match=r"paths that roll must have at most 7 keys together \(got 8\)"):
+        Placing(scene.object, HeightField.of(scene))

@@ -1,4 +1,4 @@
-"""Objects of a shape are one draw whatever their sizes, and have the surface of their own."""
+"""Objects of a shape and level are one draw whatever their sizes, and have the surface of their own."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from PIL import Image
 
 from greensward.gpu.kernels import Draw
 from greensward.library import load
-from greensward.scene import SurfaceClass
+from greensward.scene import InputError, SurfaceClass
 from reprojection import world_points
 from small_scenes import small_scene
 
@@ -39,7 +39,8 @@ def test_ellipsoids_of_one_draw_have_each_its_surface_and_normals(renderer, draw
     ]
     drawn = renderer(small_scene(grass=[], object=balls, shadows={"enabled": False}), size=(320, 180))
     truth = drawn.render(aovs=["class", "depth", "normal"]).truth
-    assert draw_calls.count("passes/solids/solid.frag") == 1
+    levels = len(set(drawn._geometry._solids._seen(drawn._world.visible.views[0])[1]))
+    assert draw_calls.count("passes/solids/solid.frag") == levels <= 3
     shown = truth["class"] == SurfaceClass.OBJECT
     points, normals = world_points(drawn, drawn.scene.camera, truth["depth"])[shown], truth["normal"][shown]
     of = np.argmin(np.abs(points[:, :1] - 1.3 * np.array([-1, 0, 1])), axis=1)
@@ -106,3 +107,57 @@ def test_an_object_has_the_colour_that_it_is_given_unless_it_is_weathered(render
         spread.append(np.ptp(albedo))
     assert spread[0] < 0.002
     assert spread[1] > 0.05
+
+
+def test_hundreds_of_solids_are_a_draw_for_each_kind_and_level_and_those_out_of_view_none(renderer, draw_calls):
+    kinds = [
+        {"kind": "box"},
+        {"kind": "sphere", "size_m": [0.2, 0.3, 0.2]},
+        {"kind": "capsule", "radius_m": 0.1},
+        {"kind": "cylinder"},
+    ]
+    things = [
+        {**kinds[k % 4], "position_m": [0.4 * (k % 40) - 8.0, 0.0, -0.5 * (k // 40)], "yaw_deg": 1.0 * (k % 90)}
+        for k in range(400)
+    ]
+    for k, thing in enumerate(things[2::4]):
+        thing["length_m"] = 0.3 + 0.01 * k
+    behind = [{"kind": "box", "position_m": [0.0, 0.0, 30.0 + k]} for k in range(100)]
+    drawn = renderer(small_scene(grass=[], object=things + behind, shadows={"enabled": False}), size=(320, 180))
+    drawn.render()
+    solids = drawn._geometry._solids
+    seen, level = solids._seen(drawn._world.visible.views[0])
+    assert draw_calls.count("passes/solids/solid.frag") == len(np.unique(level)) <= 25
+    assert 100 < len(seen) < 400
+    assert seen.max() < 400
+    assert len(solids._levels) == 1 + 3 * 8
+
+
+def test_the_coarser_the_level_the_smaller_is_what_is_round(renderer):
+    balls = [{"kind": "sphere", "position_m": [0.0, 0.0, -2.0 * k]} for k in range(40)]
+    drawn = renderer(small_scene(grass=[], object=balls, shadows={"enabled": False}), size=(320, 180))
+    drawn.render()
+    view = drawn._world.visible.views[0]
+    seen, level = drawn._geometry._solids._seen(view)
+    triangles = np.array([each.mesh.indices.size for each in drawn._geometry._solids._levels])[level]
+    depth = -(drawn._world.placed[seen, 2, 3] - view.camera_ws[2])
+    assert (np.diff(triangles[np.argsort(depth)]) <= 0).all()
+    assert len(np.unique(triangles)) > 3
+
+
+def test_a_long_capsule_has_its_own_length_and_round_ends(renderer):
+    rod = {"kind": "capsule", "position_m": [0.0, 0.0, 0.0], "radius_m": 0.2, "length_m": 1.6}
+    drawn = renderer(small_scene(grass=[], object=[rod], shadows={"enabled": False}), size=(320, 180))
+    truth = drawn.render(aovs=["class", "depth"]).truth
+    points = world_points(drawn, drawn.scene.camera, truth["depth"])[truth["class"] == SurfaceClass.OBJECT]
+    axis = np.clip(points[:, 1], 0.2, 1.4)
+    off = np.linalg.norm(points - np.stack([0 * axis, axis, 0 * axis], axis=1), axis=1)
+    assert len(points) > 500
+    assert np.abs(off - 0.2).max() < 0.01
+    assert points[:, 1].max() > 1.55
+
+
+def test_a_mesh_that_does_not_fit_is_refused(renderer, tmp_path, monkeypatch):
+    monkeypatch.setattr("greensward.passes.solids.available_bytes", lambda device: 100)
+    with pytest.raises(InputError, match=r"object\[0\].file: .* triangles .* GiB; simplify it"):
+        card(renderer, tmp_path, "Kd 1 1 1\n")

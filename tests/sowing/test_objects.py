@@ -9,6 +9,7 @@ from blades import BLADE, has_head, points, read_blades, up_of
 from greensward.scene import InputError
 from greensward.sowing import field as field_module
 from greensward.sowing import sower as sower_module
+from greensward.sowing.objects import grassy_objects
 from live_objects import live_objects
 from small_scenes import GRASS, NOISE, small_scene, with_pictures
 
@@ -355,3 +356,10 @@ def test_everything_is_released(device, sow):
 
 def test_so_little_grass_that_none_grows(sow):
     assert sow(_alone(_thing("box", size_m=[0.1, 0.1, 0.1], fur={"density_per_m2": 1.0}))).count == 0
+
+
+def test_equal_objects_share_the_triangles_that_are_sown():
+    things = [_thing(position_m=[3.0 * k, 0.0, 0.0], yaw_deg=5.0 * k) for k in range(20)] + [_thing("box")]
+    surfaces = grassy_objects(_alone(*things))
+    assert [each.index for each in surfaces] == list(range(21))
+    assert len({id(each.corners) for each in surfaces}) == 2

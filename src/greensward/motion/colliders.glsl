@@ -3,10 +3,13 @@
 #include "layout/Colliders"
 #include "layout/Ball"
 
-layout(std430) readonly buffer Balls { Ball balls[]; };  // all at the first step of a dispatch, all at the next, and so on
-layout(std430) readonly buffer Cells { uint cells[]; };  // of each cell: how many, and which
+#include "layout/Place"
+#include "layout/CellEntry"
 
-const uint TOO_MANY = 0xffffffffu;
+layout(std430) readonly buffer Balls { Ball balls[]; };    // in the own space of the objects that have this shape
+layout(std430) readonly buffer Places { Place places[]; };  // of all objects at the first step of a dispatch, all at the next, …
+// of each cell, where its entries begin and how many they are, and then the entries: an object and one of its balls
+layout(std430) readonly buffer Cells { CellEntry cells[]; };
 
 // From the axis of a ball to a point
 vec3 fromAxis(uint ball, vec3 p) {
@@ -31,19 +34,21 @@ bool collide(Blade b, int instant, vec3 root, vec3 control, inout vec3 tip, inou
     return false;
 #endif
     ivec2 cell = ivec2(floor((root.xz - colliders.low) * colliders.cells_per_m));
-    if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(SIDE)))) return false;
-    uint list = uint(cell.y * SIDE + cell.x) * uint(WORDS), count = cells[list];
-    bool every = count == TOO_MANY, touched = false;
-    if (every) count = uint(colliders.count);
-    for (uint k = 0u; k < count; k++) {
-        uint ball = uint(instant * colliders.count) + (every ? k : cells[list + 1u + k]);
-        if (length(fromAxis(ball, root)) - balls[ball].end.w > b.height) continue;
-        vec3 move = outOf(ball, root + tip);
-        vec3 middle = 0.5 * control + 0.25 * (tip + move);
-        move += 4.0 * outOf(ball, root + middle);
+    if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(colliders.side)))) return false;
+    CellEntry list = cells[cell.y * colliders.side + cell.x];
+    bool touched = false;
+    for (uint k = list.object; k < list.object + list.ball; k++) {
+        uint ball = cells[k].ball;
+        Place place = places[uint(instant * colliders.objects) + cells[k].object];
+        mat3 turn = mat3(place.x.xyz, place.y.xyz, place.z.xyz);  // into the object's own space
+        vec3 own = turn * (root - vec3(place.x.w, place.y.w, place.z.w));
+        if (length(fromAxis(ball, own)) - balls[ball].end.w > b.height) continue;
+        vec3 move = outOf(ball, own + turn * tip);
+        vec3 middle = turn * (0.5 * control + 0.25 * tip) + 0.25 * move;
+        move += 4.0 * outOf(ball, own + middle);
         if (dot(move, move) == 0.0) continue;
         move *= min(1.0, 2.0 * b.height / length(move));
-        tip += move;
+        tip += move * turn;
         float far = length(move) / b.height;
         pressed = min(pressed + (FORM == NATURAL ? far : far * far), 1.0);
         touched = true;

@@ -15,7 +15,7 @@ from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Kernel, Resource
 from greensward.gpu.layouts import WORD, struct
 from greensward.gpu.view import anchor_near, anchored
-from greensward.motion.colliders import GRID, MOST_INSTANTS, Colliders
+from greensward.motion.colliders import MOST_INSTANTS, Colliders
 from greensward.motion.poses import motion_defines
 from greensward.motion.stateful import MotionStep, Saved
 from greensward.scene import InputError, Scene
@@ -70,6 +70,8 @@ class BladeSimulation:
         self._colliders = colliders
         self._states: dict[Page, moderngl.Buffer] = {}
         self._ranges: list[SimulatedRanges] = []
+        self._within = np.zeros(3), np.zeros(3)
+        """Corners of a box that holds all blades that are simulated."""
         self._simulated: dict[Page, Indices] = {}
         """Serial numbers of the tiles of each page that were simulated for the last visible set."""
         self._steps: int | None = None
@@ -79,7 +81,7 @@ class BladeSimulation:
         self._newest_serial = -1
         """Greatest serial number of a tile when states were preserved last."""
         self._chunks = ChunkTable(device)
-        defines = motion_defines(scene) | GRID | ({} if colliders.count else {"NO_COLLIDERS": 1})
+        defines = motion_defines(scene) | ({} if colliders.count else {"NO_COLLIDERS": 1})
         self._begin, self._near, self._edge = (
             Kernel(device, "motion/simulate.comp", {**defines, **variant}, bindings)
             for variant in ({"BEGIN": 1}, {}, {"EDGE": 1})
@@ -98,6 +100,7 @@ class BladeSimulation:
         within_m, left = self._settings.within_m, []
         simulated: dict[Page, Indices] = {}
         self._ranges = []
+        corners = [np.full((1, 3), np.inf)], [np.full((1, 3), -np.inf)]
         for needed in stored:
             page, order, away = needed.page, needed.order, needed.away
             wide = np.linalg.norm(2.0 * page.tiles.half, axis=1)[order]
@@ -114,6 +117,9 @@ class BladeSimulation:
             self._ranges.append(SimulatedRanges(page, near, edge))
             simulated[page] = serial[away < within_m]
             left.append(np.where(inside, 0, needed.eighths))
+            for end, bounds in zip(corners, (page.tiles.low, page.tiles.high), strict=True):
+                end.append(bounds[away < within_m])
+        self._within = np.concatenate(corners[0]).min(axis=0), np.concatenate(corners[1]).max(axis=0)
         self._simulated = simulated
         # what a step of the camera may leave behind, or the first steps would make room in the midst of frames
         self._reserved(self.blades // 8)
@@ -142,12 +148,14 @@ class BladeSimulation:
         first, rest = _SHOWN_FIRST, max(time_s - target * step_s, 0.0)
         while True:
             count = min(target - self._steps, MOST_INSTANTS - 1 if self._colliders.moving else _MOST_STEPS)
-            last = _SHOWN_LAST if self._steps + count == target else 0
             self._colliders.place(
                 [*((self._steps + k) * step_s for k in range(1, count + 1)), time_s],
                 self._field.tallest_m,
                 anchor_ws,
+                self._within,
             )
+            count = min(count, self._colliders.most_steps)
+            last = _SHOWN_LAST if self._steps + count == target else 0
             # how far what is grown on moves while these steps last, or within one where there is none
             from_s, steps = self._steps * step_s, max(count, 1)
             moved = (placed_at(from_s + steps * step_s) - placed_at(from_s)) / steps

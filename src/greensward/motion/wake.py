@@ -223,15 +223,22 @@ class WindField:
         return places
 
     def _moving_air(self, camera: Floats, places_before: Floats, places: Floats) -> Iterator[Mover]:
+        """Yield what moves air of the grid: no object that stands still, or is far above the ground or beside it."""
         if self.settings.by != "objects":
-            yield self._mover(self._camera_stepped, camera, 0.0)
-        for before, place in zip(places_before, places, strict=True):
-            jumps = float(np.linalg.norm(place - before)) > CUT_M
-            yield self._mover(place if jumps else before, place, self.settings.downwash_mps2)
+            yield from self._movers_at(self._camera_stepped[None], camera[None], 0.0)
+        jumps = np.linalg.norm(places - places_before, axis=1, keepdims=True) > CUT_M
+        yield from self._movers_at(np.where(jumps, places, places_before), places, self.settings.downwash_mps2)
 
-    def _mover(self, before: Floats, place: Floats, downwash_mps2: float) -> Mover:
-        above_m = float(place[1] - self._heights.height(place[0], place[2]))
-        return Mover(place[[0, 2]], above_m, (place - before)[[0, 2]] * STEP_HZ, downwash_mps2)
+    def _movers_at(self, before: Floats, places: Floats, downwash_mps2: float) -> Iterator[Mover]:
+        at, velocity = places[:, [0, 2]], (places - before)[:, [0, 2]] * STEP_HZ
+        above_m = places[:, 1] - self._heights.height(at[:, 0], at[:, 1])
+        cell = at / self._grid.cell_m - self._grid.origin
+        far = _FAR * self.settings.reach_m
+        outside = np.maximum(-cell, cell - len(self._grid.velocities)).max(axis=1) * self._grid.cell_m
+        pushes = (outside < far) & (np.abs(above_m) < far)
+        pushes &= (np.hypot(*velocity.T) >= _STILL_MPS) | (downwash_mps2 > 0.0)
+        for i in np.flatnonzero(pushes):
+            yield Mover(at[i], float(above_m[i]), velocity[i], downwash_mps2)
 
     # Saved and continued -------------------------------------------------------------------------------------
 

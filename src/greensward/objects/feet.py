@@ -10,8 +10,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFilter
 
 from greensward.ground import HeightField
-from greensward.io.meshes import TriMesh
-from greensward.objects.meshes import mesh_of
+from greensward.objects.meshes import mesh_of, unit_shape
 from greensward.objects.placing import Placing
 from greensward.scene import Capsule, Mesh
 from greensward.scene.objects import Object
@@ -20,6 +19,7 @@ Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 Foot = tuple[Floats, float]
 """Quadrilaterals in the world, x and z, (n, 4, 2), turning from x to z, and a radius around them."""
+_NONE: Foot = np.zeros((0, 4, 2)), 0.0
 _SUNK_M = 0.02
 """Depth below the ground down to which a surface counts."""
 _SIDES = 24
@@ -38,42 +38,41 @@ def feet_of(
     """Feet of all objects that clear the ground: what of each is below `high_m`. None without ground."""
     placed = placing.at(0.0)
     found = []
+    rasters = _Rasters(heights, resolve, high_m)
     for i, each in enumerate(objects if heights.exists else ()):
         if each.clears and each.drawn and not placing.moving[i]:
-            points, edges, triangles = _mesh(each, resolve) if isinstance(each, Mesh) else _solid(each)
-            points = points @ placed[i, :3, :3].T + placed[i, :3, 3]
-            points[:, 1] -= heights.height(points[:, 0], points[:, 2])
-            if points[:, 1].min() < high_m:
-                convex = not isinstance(each, Mesh)
-                foot = _hull(points, edges, high_m) if convex else _raster(points, triangles, high_m, each.yaw_deg)
-                found += [foot] if len(foot[0]) else []
+            if isinstance(each, Mesh):
+                foot = rasters.foot(each, placed[i])
+            else:
+                points, edges = _solid(each)
+                foot = _hull(_above_ground(points, placed[i], heights), edges, high_m)
+            found += [foot] if len(foot[0]) else []
     return found
 
 
-_Surface = tuple[Floats, npt.NDArray[np.int64], npt.NDArray[np.int64]]
+def _above_ground(points: Floats, placed: Floats, heights: HeightField) -> Floats:
+    """Points of an object in the world, but that y is above the ground."""
+    points = points @ placed[:3, :3].T + placed[:3, 3]
+    points[:, 1] -= heights.height(points[:, 0], points[:, 2])
+    return points
+
+
+_Surface = tuple[Floats, npt.NDArray[np.int64]]
+"""Points and edges."""
 
 
 def _solid(shape: Object) -> _Surface:
     if isinstance(shape, Capsule):
         return _shared(Capsule(position_m=_NOWHERE, radius_m=shape.radius_m, length_m=shape.length_m))
     assert not isinstance(shape, Mesh)
-    points, edges, triangles = _shared(type(shape)(position_m=_NOWHERE))  # a metre large
-    return points * shape.size_m, edges, triangles
+    points, edges = _shared(type(shape)(position_m=_NOWHERE))  # a metre large
+    return points * shape.size_m, edges
 
 
 @lru_cache(maxsize=256)
 def _shared(shape: Object) -> _Surface:
-    return _surface(mesh_of(shape, Path, sides=_SIDES))
-
-
-def _mesh(shape: Mesh, resolve: Callable[[str], Path]) -> _Surface:
-    return _surface(mesh_of(shape, resolve))
-
-
-def _surface(mesh: TriMesh) -> _Surface:
-    """Points, edges and triangles."""
-    edges = np.concatenate([mesh.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
-    return mesh.positions, edges, mesh.triangles
+    mesh = mesh_of(shape, Path, sides=_SIDES)
+    return mesh.positions, np.concatenate([mesh.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
 
 
 # Solids are convex ------------------------------------------------------------------------------------------
@@ -82,6 +81,8 @@ def _surface(mesh: TriMesh) -> _Surface:
 def _hull(points: Floats, edges: npt.NDArray[np.int64], high_m: float) -> Foot:
     """The convex hull of what lies between two heights; a disc where it is round."""
     height = points[:, 1]
+    if height.min() >= high_m:
+        return _NONE
     near = [points[(height >= -_SUNK_M) & (height <= high_m)]]
     for level in (-_SUNK_M, high_m):
         a, b = points[edges[:, 0]], points[edges[:, 1]]
@@ -90,7 +91,7 @@ def _hull(points: Floats, edges: npt.NDArray[np.int64], high_m: float) -> Foot:
         near.append(a + ((level - a[:, 1]) / (b[:, 1] - a[:, 1]))[:, None] * (b - a))
     outline = _simple(_convex_hull(np.concatenate(near)[:, [0, 2]]))
     if not len(outline):
-        return np.zeros((0, 4, 2)), 0.0
+        return _NONE
     middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
     away = np.linalg.norm(outline - middle, axis=1)
     if len(outline) > 8 and np.ptp(away) < 0.03 * away.max():
@@ -132,16 +133,36 @@ def _simple(outline: Floats) -> Floats:
 # Meshes may have any shape ----------------------------------------------------------------------------------
 
 
-def _raster(points: Floats, triangles: npt.NDArray[np.int64], high_m: float, yaw_deg: float) -> Foot:
-    """The surface between two heights and what it encloses, in rows along the mesh's own x."""
-    yaw = np.radians(yaw_deg)
-    own = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
-    origin = points[0, [0, 2]]
-    flat = np.column_stack([(points[:, [0, 2]] - origin) @ own.T, points[:, 1]])[triangles]
-    height = flat[..., 2]
-    flat = flat[(height.max(axis=1) >= -_SUNK_M) & (height.min(axis=1) <= high_m)]
+class _Rasters:
+    """Feet of meshes; one for all that stand alike, but for their places and turns, where the ground is level."""
+
+    def __init__(self, heights: HeightField, resolve: Callable[[str], Path], high_m: float) -> None:
+        self._heights, self._resolve, self._high_m = heights, resolve, high_m
+        self._level = heights.lowest_m == heights.highest_m
+        self._known: dict[tuple[object, ...], tuple[Floats, Floats]] = {}
+
+    def foot(self, shape: Mesh, placed: Floats) -> Foot:
+        """The foot of a mesh where it stands."""
+        yaw = np.radians(shape.yaw_deg)
+        own = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+        key = unit_shape(shape), shape.pitch_deg, shape.roll_deg, shape.position_m[1]
+        if key not in self._known or not self._level:
+            mesh = mesh_of(shape, self._resolve)
+            points = _above_ground(mesh.positions, placed, self._heights)
+            points[:, [0, 2]] = (points[:, [0, 2]] - points[0, [0, 2]]) @ own.T
+            self._known = self._known if self._level else {}
+            self._known[key] = _raster(points, mesh.triangles, self._high_m), mesh.positions[0]
+        corners, first = self._known[key]
+        return corners @ own + (placed[:3, :3] @ first + placed[:3, 3])[[0, 2]], 0.0
+
+
+def _raster(points: Floats, triangles: npt.NDArray[np.int64], high_m: float) -> Floats:
+    """Quadrilaterals (n, 4, 2) of the surface between two heights and what it encloses, in rows along x."""
+    height = points[:, 1][triangles]
+    lowest, highest = (end(end(height[:, 0], height[:, 1]), height[:, 2]) for end in (np.minimum, np.maximum))
+    flat = points[triangles[(highest >= -_SUNK_M) & (lowest < high_m)]][..., [0, 2, 1]]
     if not len(flat):
-        return np.zeros((0, 4, 2)), 0.0
+        return np.zeros((0, 4, 2))
     # triangles of a few texels are drawn as points, and the gaps between these closed
     size_m = np.ptp(flat[..., :2], axis=1).max(axis=1)
     small = size_m < 3.0 * np.ptp(flat[..., :2].reshape(-1, 2), axis=0).max() / _TEXELS
@@ -150,7 +171,7 @@ def _raster(points: Floats, triangles: npt.NDArray[np.int64], high_m: float, yaw
     parts = [part for part in (_clipped(each, high_m) for each in flat[~small]) if len(part)]
     points = np.concatenate([dots, *parts])
     if not len(points):
-        return np.zeros((0, 4, 2)), 0.0
+        return np.zeros((0, 4, 2))
     low, high = points.min(axis=0), points.max(axis=0)
     texel_m = max(float((high - low).max()), 1e-3) / _TEXELS
     columns, rows = np.ceil((high - low) / texel_m).astype(int) + 1
@@ -163,8 +184,8 @@ def _raster(points: Floats, triangles: npt.NDArray[np.int64], high_m: float, yaw
         image = image.filter(ImageFilter.MaxFilter(5)).filter(ImageFilter.MinFilter(5))
     # a point of the solid is on its surface between the heights, or inside it at each of them
     mask = (np.array(image) > 0) | _inside(flat, 0.37 * high_m, low, texel_m, int(rows), int(columns))
-    corners = np.array([*_merged(mask)]) * texel_m + low
-    return corners @ own + origin, 0.0
+    corners: Floats = np.array([*_merged(mask)]) * texel_m + low
+    return corners
 
 
 def _clipped(corners: Floats, high_m: float) -> Floats:

@@ -10,9 +10,10 @@ import numpy.typing as npt
 
 from greensward.ground import HeightField
 from greensward.objects.paths import line_of
-from greensward.scene import Box, Fence, Scene
+from greensward.scene import Box, Fence, InputError, Scene
 from greensward.scene.objects import Object
 
+_MOST_BOXES = 50_000
 _SUNK_M = 0.1
 """Depth of posts in the ground, so that none floats on a slope."""
 _LEAN_DEG, _YAW_DEG, _PART, _ASKEW_M, _LOST, _BRIGHTNESS = 6.0, 24.0, 0.08, 0.06, 0.12, 0.14
@@ -21,14 +22,26 @@ Floats = npt.NDArray[np.float64]
 
 
 def all_objects(scene: Scene, heights: HeightField) -> tuple[Object, ...]:
-    """The objects of a scene as they are listed, and then the boxes of its fences."""
-    fences = [_boxes(fence, heights, scene.seed, i) for i, fence in enumerate(scene.fence)]
+    """The objects of a scene as they are listed, and then the boxes of its fences.
+
+    Raises `InputError` for more boxes than there is room for.
+    """
+    posts = [_evenly(line_of(fence.path, fence.smooth), fence.spacing_m) for fence in scene.fence]
+    count = sum(len(at) + (len(at) - 1) * len(fence.rails_m) for fence, at in zip(scene.fence, posts, strict=True))
+    if count > _MOST_BOXES:
+        raise InputError(
+            f"fence: must have at most {_MOST_BOXES:,} posts and rails together (got {count:,}); raise spacing_m, "
+            "or have fewer or shorter fences"
+        )
+    fences = [
+        _boxes(fence, at, heights, scene.seed, i)
+        for i, (fence, at) in enumerate(zip(scene.fence, posts, strict=True))
+    ]
     return (*scene.object, *(box for boxes in fences for box in boxes))
 
 
-def _boxes(fence: Fence, heights: HeightField, seed: int, index: int) -> list[Box]:
+def _boxes(fence: Fence, at: Floats, heights: HeightField, seed: int, index: int) -> list[Box]:
     random, worn = np.random.default_rng([seed, 7919, index]), fence.weathered
-    at = _evenly(line_of(fence.path, fence.smooth), fence.spacing_m)
     ways = np.gradient(at, axis=0)
     names = ("roughness", "weathered", "collides", "clears")
     same: dict[str, Any] = {name: getattr(fence, name) for name in names}

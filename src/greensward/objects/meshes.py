@@ -13,29 +13,51 @@ from greensward.scene import Box, Capsule, Cylinder, Mesh, Sphere
 
 Floats = npt.NDArray[np.float64]
 Shape = Box | Sphere | Cylinder | Capsule | Mesh
-_SIDES, _RINGS = 96, 48  # fine enough that no silhouette shows its corners
+_NOWHERE = (0.0, 0.0, 0.0)
+SIDES, _RINGS = 96, 48
+"""Sides and rings of what is round: fine enough that no silhouette shows its corners."""
 
 
-def mesh_of(shape: Shape, resolve: Callable[[str], Path], *, sides: int = _SIDES, painted: bool = False) -> TriMesh:
+def mesh_of(
+    shape: Shape, resolve: Callable[[str], Path], *, sides: int = SIDES, rings: int = _RINGS, painted: bool = False
+) -> TriMesh:
     """The surface of an object before it is turned and placed; the centre of its base is the origin.
 
-    `resolve` finds the files that the scene names; what is round has so many `sides`; with `painted` meshes tell
-    their materials too. Raises `InputError` for a mesh that cannot be read.
+    `resolve` finds the files that the scene names; what is round has so many `sides`, and a ball so
+    many `rings`, an even number; with `painted` meshes tell their materials too. Raises `InputError` for a mesh that
+    cannot be read.
     """
     match shape:
         case Box():
             return _box(np.array(shape.size_m))
         case Sphere():
-            return _revolved(_ball(0.5, 1.0), np.array(shape.size_m), sides)
+            return _revolved(_ball(0.5, 1.0, rings), np.array(shape.size_m), sides)
         case Cylinder():
             return _revolved(_LIDDED, np.array(shape.size_m), sides)
         case Capsule():
-            return _revolved(_ball(shape.radius_m, shape.length_m), np.ones(3), sides)
+            return _revolved(_ball(shape.radius_m, shape.length_m, rings), np.ones(3), sides)
         case Mesh():
             mesh = _upright(read_mesh(resolve(shape.file), painted), shape.up)
             low, high = mesh.bounds
             base = np.array([0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])])
             return replace(mesh, positions=(mesh.positions - base) * shape.scale)
+
+
+def unit_shape(solid: Shape) -> tuple[Shape, float]:
+    """The solid without its place and look, a metre long, or a mesh as its file has it; and the factor to its size.
+
+    Objects that are alike in shape have equal ones.
+    """
+    match solid:
+        case Capsule():
+            size = solid.length_m
+            return Capsule(position_m=_NOWHERE, radius_m=solid.radius_m / size, length_m=1.0), size
+        case Mesh():
+            return Mesh(position_m=_NOWHERE, file=solid.file, up=solid.up), solid.scale
+        case _:
+            size = max(solid.size_m)
+            x, y, z = (edge / size for edge in solid.size_m)
+            return type(solid)(position_m=_NOWHERE, size_m=(x, y, z)), size
 
 
 def _upright(mesh: TriMesh, up: Literal["y", "z"]) -> TriMesh:
@@ -68,13 +90,13 @@ _LIDDED = np.array(
 )
 
 
-def _ball(radius: float, length: float) -> Floats:
+def _ball(radius: float, length: float, rings: int) -> Floats:
     """Half a circle, its halves drawn apart until it is this long."""
-    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, _RINGS + 1)
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, rings + 1)
     outward, up = np.cos(angle), np.sin(angle)
     outward[[0, -1]] = 0.0
     arc = np.stack([radius * outward, radius * (1.0 + up), outward, up], -1)
-    low, high = arc[: _RINGS // 2 + 1], arc[_RINGS // 2 :].copy()
+    low, high = arc[: rings // 2 + 1], arc[rings // 2 :].copy()
     high[:, 1] += length - 2.0 * radius
     return np.concatenate([low, high if length > 2.0 * radius else high[1:]])
 

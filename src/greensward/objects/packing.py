@@ -1,12 +1,15 @@
 """Sphere packing: spheres that approximate an object, from which grass bends away."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import numpy.typing as npt
 
 from greensward.io.meshes import TriMesh
 
 Floats = npt.NDArray[np.float64]
-_SAMPLES, _TOUCHED = 4096, 1024
+Singles = npt.NDArray[np.float32]
+_SAMPLES, _TOUCHED, _ROWS = 4096, 1024, 32
 _CLOSE_ENOUGH = 0.01  # of the object's size
 
 
@@ -51,11 +54,24 @@ def _sampled(mesh: TriMesh) -> tuple[Floats, Floats]:
 
 def _radii(touched: Floats, normals: Floats, points: Floats) -> Floats:
     """Radius of the largest ball under each touched point that holds no other: |p − q|² / (2 n · (p − q))."""
-    apart = np.sum(touched**2, axis=1)[:, None] + np.sum(points**2, axis=1) - 2.0 * touched @ points.T
-    below = np.sum(touched * normals, axis=1)[:, None] - normals @ points.T
     least = 1e-9 * float(np.ptp(points, axis=0).max())
-    radii = np.where(below > least, np.maximum(apart, 0.0) / (2.0 * np.maximum(below, least)), np.inf)
-    result: Floats = radii.min(axis=1)
+    radii = np.empty(len(touched))
+    for rows in _runs(len(touched)):
+        p, n = touched[rows], normals[rows]
+        below = np.sum(p * n, axis=1)[:, None] - n @ points.T
+        close = np.maximum(_squares(p, points), 0.0) / (2.0 * np.maximum(below, least))
+        radii[rows] = np.where(below > least, close, np.inf).min(axis=1)
+    return radii
+
+
+def _runs(count: int) -> Iterator[slice]:
+    """Parts of so many rows, each few enough that a table of rows and samples stays in the processor's cache."""
+    return (slice(first, first + _ROWS) for first in range(0, count, _ROWS))
+
+
+def _squares(p: Floats, q: Floats) -> Floats:
+    """Squared distance of each p to each q, (p, q)."""
+    result: Floats = np.sum(p**2, axis=1)[:, None] + np.sum(q**2, axis=1) - 2.0 * p @ q.T
     return result
 
 
@@ -70,16 +86,34 @@ def _room(touched: Floats, normals: Floats, bounds: Floats) -> Floats:
 
 def _chosen(centres: Floats, radii: Floats, points: Floats, size: float, most: int) -> list[int]:
     """Select balls greedily: each lessens the squares of the samples' distances to the nearest ball the most."""
-    reach = np.sum(centres**2, axis=1)[:, None] + np.sum(points**2, axis=1) - 2.0 * centres @ points.T
-    away = (np.maximum(np.sqrt(np.maximum(reach, 0.0)) - radii[:, None], 0.0) / size).astype(np.float32) ** 2
+    away = np.empty((len(centres), len(points)), np.float32)
+    for rows in _runs(len(centres)):
+        reach = np.sqrt(np.maximum(_squares(centres[rows], points), 0.0)) - radii[rows, None]
+        away[rows] = (np.maximum(reach, 0.0) / size).astype(np.float32) ** 2
     gap = np.ones(len(points), np.float32)
+    gains = np.full(len(centres), np.inf)
     chosen: list[int] = []
-    while len(chosen) < most and len(gap) and gap.max() > _CLOSE_ENOUGH**2:
-        best = int(np.argmin(np.minimum(away, gap).sum(axis=1)))
+    while len(chosen) < most and gap.any():
+        best = _best(gains, away, gap)
         if best in chosen:
             break
         chosen.append(best)
         gap = np.minimum(gap, away[best])
-        open_still = gap > _CLOSE_ENOUGH**2
-        gap, away = gap[open_still], away[:, open_still]
+        gap[gap <= _CLOSE_ENOUGH**2] = 0.0
     return chosen
+
+
+def _best(gains: Floats, away: Singles, gap: Singles) -> int:
+    """The ball that gains most; `gains` are those of an earlier choice, and are brought up to date where needed.
+
+    What a ball gains only falls from choice to choice, so that those whose old gain is less need no look
+    (Minoux 1978, "Accelerated greedy algorithms for maximizing submodular set functions").
+    """
+    order = np.argsort(-gains, kind="stable")
+    for rows in _runs(len(order)):
+        some = order[rows]
+        gains[some] = np.maximum(gap - away[some], 0.0).sum(axis=1, dtype=np.float64)
+        best = int(np.argmax(gains[order[: rows.stop]]))
+        if rows.stop >= len(order) or gains[order[best]] >= gains[order[rows.stop]]:
+            break
+    return int(order[best])

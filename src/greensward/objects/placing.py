@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +14,7 @@ Floats = npt.NDArray[np.float64]
 Script = Callable[[float], npt.ArrayLike]
 """Time in seconds to the centre of an object's base, (3,) with y above the ground, or to its whole matrix, (4, 4)."""
 _STEPS = 32  # per key, in which the rolling of a ball is added up
+_MOST_ROLLING_KEYS = 100_000
 
 
 def about(axis: Floats, angle: float) -> Floats:
@@ -196,18 +196,23 @@ class Placing:
         self._scripts = {
             i: (each.name, scripts[each.name]) for i, each in enumerate(objects) if scripts and each.name in scripts
         }
-        self._on_path = [i for i, each in enumerate(objects) if each.path and i not in self._scripts]
+        self._on_path = np.array(
+            [i for i, each in enumerate(objects) if each.path and i not in self._scripts], np.int64
+        )
         self.moving = [i in self._scripts or each.path is not None for i, each in enumerate(objects)]
         self._tilt = np.array([tilt(each.pitch_deg, each.roll_deg) for each in objects]).reshape(-1, 3, 3)
         self._yaw = np.radians([each.yaw_deg for each in objects])
         paths = [path for i in self._on_path if (path := objects[i].path)]
         self._tracks = Tracks(paths)
         self._middle = np.array([[0.0, 0.5 * height_of(objects[i]), 0.0] for i in self._on_path]).reshape(-1, 3)
-        self._rolling = [
-            (k, _Rolling(path, radius))
-            for k, (path, radius) in enumerate(zip(paths, self._middle[:, 1], strict=True))
-            if path.rolls
-        ]
+        self._rolls = np.array([k for k, path in enumerate(paths) if path.rolls], np.int64)
+        rolling_keys = sum(len(paths[k].times_s) for k in self._rolls)
+        if rolling_keys > _MOST_ROLLING_KEYS:
+            raise InputError(
+                f"object: paths that roll must have at most {_MOST_ROLLING_KEYS:,} keys together "
+                f"(got {rolling_keys:,}); use fewer times_s, or rolls = false"
+            )
+        self._rolling = _Rolling([paths[k] for k in self._rolls], self._middle[self._rolls, 1])
         self._still = np.tile(np.eye(4), (len(objects), 1, 1))
         self._stand(slice(None), np.array([each.position_m for each in objects]).reshape(-1, 3), self._still)
         self._still[:, :3, :3] = about_y(self._yaw) @ self._tilt
@@ -225,7 +230,7 @@ class Placing:
         result: Floats = placed[0]
         return result
 
-    def _stand(self, at: slice | list[int], positions: Floats, matrices: Floats) -> None:
+    def _stand(self, at: slice | list[int] | npt.NDArray[np.int64], positions: Floats, matrices: Floats) -> None:
         """Put objects at positions whose y counts from the ground."""
         matrices[at, :3, 3] = positions
         matrices[at, 1, 3] += self._heights.height(positions[:, 0], positions[:, 2])
@@ -233,17 +238,18 @@ class Placing:
     def at(self, time_s: float) -> Floats:
         """World from own space of every object, (objects, 4, 4)."""
         placed = self._still.copy()
-        if self._on_path:
+        if len(self._on_path):
             on_path = self._tracks.within(time_s)
             keys = self._tracks.at(on_path)
             turns = about_y(self._yaw[self._on_path] + np.radians(keys[:, 3])) @ self._tilt[self._on_path]
-            for k, rolling in self._rolling:
-                turns[k] = rolling.at(float(on_path[k]), keys[k, [0, 2]]) @ turns[k]
+            rolls = self._rolls
+            if len(rolls):
+                turns[rolls] = self._rolling.at(on_path[rolls], keys[rolls][:, [0, 2]]) @ turns[rolls]
             placed[self._on_path, :3, :3] = turns
             self._stand(self._on_path, keys[:, :3], placed)
-            for k, _ in self._rolling:
-                # it turns about its middle, not about its base
-                placed[self._on_path[k], :3, 3] += self._middle[k] - turns[k] @ self._middle[k]
+            # what rolls turns about its middle, not about its base
+            middle = self._middle[rolls]
+            placed[self._on_path[rolls], :3, 3] += middle - np.einsum("nij,nj->ni", turns[rolls], middle)
         for i, (name, script) in self._scripts.items():
             if isinstance(script, Placed) and not script.is_placed:
                 continue  # where the scene has it, until a host says otherwise
@@ -256,31 +262,50 @@ class Placing:
 
 
 class _Rolling:
-    """Rotation of a ball that rolls along its path, integrated in small steps."""
+    """Rotations of balls that roll along their paths, integrated in small steps: those of one after another's."""
 
-    def __init__(self, path: Path, radius: float) -> None:
-        track = Tracks([path])
-        self._times = np.concatenate(
-            [*(np.linspace(a, b, _STEPS, endpoint=False) for a, b in pairwise(path.times_s)), path.times_s[-1:]]
+    def __init__(self, paths: Sequence[Path], radii: Floats) -> None:
+        times = [_finely(np.array(path.times_s)) for path in paths]
+        counts = np.array([len(each) for each in times], np.int64)
+        self._start, self._radii = np.cumsum(counts) - counts, radii
+        self._places = np.concatenate(
+            [Tracks([path]).at(each)[:, [0, 2]] for path, each in zip(paths, times, strict=True)]
+            or [np.zeros((0, 2))]
         )
-        self._places = np.stack([track.at(np.array([t]))[0, [0, 2]] for t in self._times])
-        self._radius = radius
-        self._turns = [np.eye(3)]
-        for step in np.diff(self._places, axis=0):
-            self._turns.append(_rolled(step, radius) @ self._turns[-1])
+        # so that one search finds the step of every path
+        joined = np.concatenate(times or [np.zeros(0)])
+        self._shift = np.arange(len(paths)) * (float(np.ptp(joined)) + 1.0 if paths else 0.0)
+        self._search = joined + np.repeat(self._shift, counts)
+        self._turns = np.tile(np.eye(3), (len(joined), 1, 1))
+        steps = _rolled(np.diff(self._places, axis=0, append=0.0), np.repeat(radii, counts))
+        for k in range(1, int(counts.max(initial=0))):
+            now = self._start[counts > k] + k
+            self._turns[now] = steps[now - 1] @ self._turns[now - 1]
 
-    def at(self, on_path: float, place: Floats) -> Floats:
-        """Rotation (3, 3) at a time on the path, where the ball is at `place`, x and z."""
-        k = int(np.searchsorted(self._times, on_path, side="right")) - 1
-        return _rolled(place - self._places[k], self._radius) @ self._turns[k]
+    def at(self, on_path: Floats, places: Floats) -> Floats:
+        """Rotations (n, 3, 3) at a time on each path, where the balls are at `places`, (n, 2)."""
+        k = np.searchsorted(self._search, on_path + self._shift, side="right") - 1
+        k = np.maximum(k, self._start)
+        result: Floats = _rolled(places - self._places[k], self._radii) @ self._turns[k]
+        return result
 
 
-def _rolled(step: Floats, radius: float) -> Floats:
-    """Rotation (3, 3) of a ball that rolls by a step (x, z)."""
-    length = float(np.hypot(*step))
-    if length < 1e-12:
-        return np.eye(3)
-    return about(np.array([step[1], 0.0, -step[0]]) / length, length / radius)
+def _finely(times: Floats) -> Floats:
+    """The times, and more between them."""
+    steps = np.arange(_STEPS) * (np.diff(times) / _STEPS)[:, None]
+    return np.append((times[:-1, None] + steps).ravel(), times[-1])
+
+
+def _rolled(steps: Floats, radii: Floats) -> Floats:
+    """Rotations (n, 3, 3) of balls that roll by steps, x and z, (n, 2), about a horizontal axis (Rodrigues)."""
+    length = np.hypot(*steps.T)
+    axis = steps / np.maximum(length, 1e-12)[:, None]
+    k = np.zeros((len(steps), 3, 3))
+    k[:, 1, 0], k[:, 1, 2] = -axis[:, 0], -axis[:, 1]
+    k[:, 0, 1], k[:, 2, 1] = axis[:, 0], axis[:, 1]
+    angle = (length / radii)[:, None, None]
+    result: Floats = np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * (k @ k)
+    return result
 
 
 def height_of(shape: Object) -> float:

@@ -26,6 +26,8 @@ _Angle = Annotated[Number, Field(ge=-360_000, le=360_000)]
 _Time = Annotated[Number, Field(ge=-1e6, le=1e6)]
 
 
+MOST_OBJECTS = 4096
+"""Objects of a scene; ids of blades tell so many apart."""
 PLAIN_COLOUR = "#8a8378"
 """Colour of objects that have none of their own."""
 

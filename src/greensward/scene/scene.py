@@ -15,7 +15,7 @@ from greensward.scene.force import MOST_FORCES, Force
 from greensward.scene.grass import MOST_SPECIES, Grass
 from greensward.scene.ground import FlatGround, Ground
 from greensward.scene.light import Camera, Phong, Post, Sky, Sun
-from greensward.scene.objects import Object
+from greensward.scene.objects import MOST_OBJECTS, Object
 from greensward.scene.raster import Raster
 from greensward.scene.water import Water
 from greensward.scene.wind import MOST_WINDS, Gusts, Mass, Simulation, Wake, Wind
@@ -53,7 +53,7 @@ class Scene(Model):
     """Dynamics of the blades. Without it, their motion is analytic."""
     growth: Growth | None = None
     """Growth over time. Without it, the grass is full-grown."""
-    object: Annotated[Many[Object], Field(max_length=1000)] = default(())
+    object: Annotated[Many[Object], Field(max_length=MOST_OBJECTS)] = default(())
     """Objects in the grass."""
     fence: Annotated[Many[Fence], Field(max_length=MOST_FENCES)] = default(())
     """Fences."""

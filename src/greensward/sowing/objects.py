@@ -1,5 +1,6 @@
 """Grass on objects: their triangles, cut and grouped into tiles of blades that lie near each other."""
 
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from greensward.gpu.device import Device
 from greensward.gpu.layouts import struct
 from greensward.io.masks import read_mask
 from greensward.io.meshes import TriMesh
-from greensward.objects.meshes import mesh_of
+from greensward.objects.meshes import mesh_of, unit_shape
 from greensward.scene import Fur, InputError, Scene
 from greensward.sowing.pages import Floats, Indices, Page, page_numbers
 from greensward.sowing.sower import TILE, Sower, Table
@@ -56,11 +57,15 @@ def grassy_objects(scene: Scene) -> list[GrassyObject]:
     """Surfaces of the scene's objects that bear grass. Raises `InputError` for what cannot be read or used."""
     if not any(grass.share > 0 for grass in scene.grass):
         return []
-    return [
-        _grassy(scene, number, mesh_of(each, scene.resolve), each.grass)
-        for number, each in enumerate(scene.object)
-        if each.grass and each.grass.density_per_m2 > 0
-    ]
+    shared: dict[Hashable, GrassyObject] = {}
+    found = []
+    for number, each in enumerate(scene.object):
+        if each.grass and each.grass.density_per_m2 > 0:
+            key = unit_shape(each), each.grass
+            if key not in shared:
+                shared[key] = _grassy(scene, number, mesh_of(each, scene.resolve), each.grass)
+            found.append(replace(shared[key], index=number))
+    return found
 
 
 def _grassy(scene: Scene, number: int, mesh: TriMesh, fur: Fur) -> GrassyObject:
@@ -111,7 +116,7 @@ def sow_object(
             here,
             (low, high, np.ones(len(here))),
             {
-                "salt": surface.index | run << 10,
+                "salt": surface.index + (run << 10),
                 "density_per_m2": surface.density_per_m2,
                 "object_density_map": picture,
                 **buffers,

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from greensward.ground import HeightField
 from greensward.objects.fences import all_objects
-from greensward.objects.meshes import mesh_of
+from greensward.objects.meshes import Shape, mesh_of, unit_shape
 from greensward.objects.placing import Placing
 from greensward.scene import Box, Capsule, GreenswardError, Mesh, Scene
 from greensward.scene.objects import Object
@@ -27,9 +27,12 @@ class Obstacles:
     ) -> None:
         solid = [i for i, each in enumerate(objects) if each.drawn]
         self._indices, self._placing = solid, placing
-        boxes = [_box(objects[i], resolve) for i in solid]
-        self._half = np.array([half for half, _ in boxes]).reshape(-1, 3)
-        self._centre = np.array([centre for _, centre in boxes]).reshape(-1, 3)
+        boxes: dict[Shape, Floats] = {}
+        shapes = [unit_shape(objects[i]) for i in solid]
+        for shape, _ in shapes:
+            boxes[shape] = boxes[shape] if shape in boxes else _half_extents(shape, resolve)
+        self._half = np.array([boxes[shape] * size for shape, size in shapes]).reshape(-1, 3)
+        self._centre = self._half * [0.0, 1.0, 0.0]
         self._round = np.array([not isinstance(objects[i], Box) for i in solid], bool)
         self._tapers = np.array([objects[i].kind in ("sphere", "mesh") for i in solid], bool)
         self.at(0.0)
@@ -82,17 +85,15 @@ class Obstacles:
         return offset
 
 
-def _box(item: Object, resolve: Callable[[str], Path]) -> tuple[Floats, Floats]:
-    """Return half extents and centre of an object in object space, whose origin is the centre of its base."""
-    match item:
+def _half_extents(shape: Shape, resolve: Callable[[str], Path]) -> Floats:
+    match shape:
         case Capsule():
-            half = np.array([item.radius_m, 0.5 * item.length_m, item.radius_m])
+            return np.array([shape.radius_m, 0.5 * shape.length_m, shape.radius_m])
         case Mesh():
             try:
-                low, high = mesh_of(item, resolve).bounds
+                low, high = mesh_of(shape, resolve).bounds
             except GreenswardError:
-                return np.zeros(3), np.zeros(3)  # the renderer reports it
-            half = 0.5 * (high - low)
+                return np.zeros(3)  # the renderer reports it
+            return np.array(0.5 * (high - low))
         case _:
-            half = 0.5 * np.array(item.size_m)
-    return half, np.array([0.0, half[1], 0.0])
+            return 0.5 * np.array(shape.size_m)

@@ -49,17 +49,31 @@ def surfaces(mesh: TriMesh) -> tuple[Singles, Singles]:
 
 def picture_array(ctx: moderngl.Context, mesh: TriMesh) -> moderngl.TextureArray | None:
     """The pictures of its materials, square roots of linear colours and alpha; None where it has none."""
-    pictures = [each.picture for each in mesh.materials if each.picture is not None]
-    if not pictures or mesh.uv is None:
+    columns, rows, count = _shape(mesh)
+    if not count:
         return None
-    columns, rows = (min(max(picture.shape[axis] for picture in pictures), _MOST_PX) for axis in (1, 0))
-    while columns * rows * len(pictures) > _MOST_TEXELS:
-        columns, rows = max(columns // 2, 1), max(rows // 2, 1)
-    layers = np.stack([_coded(picture, columns, rows) for picture in pictures])
-    texture = ctx.texture_array((columns, rows, len(layers)), 4, np.ascontiguousarray(layers[:, ::-1]).tobytes())
+    layers = np.stack([_coded(each.picture, columns, rows) for each in mesh.materials if each.picture is not None])
+    texture = ctx.texture_array((columns, rows, count), 4, np.ascontiguousarray(layers[:, ::-1]).tobytes())
     texture.build_mipmaps()
     texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
     return texture
+
+
+def picture_bytes(mesh: TriMesh) -> int:
+    """Bytes of the texture that `picture_array` makes; its levels add a third."""
+    columns, rows, count = _shape(mesh)
+    return columns * rows * count * 16 // 3
+
+
+def _shape(mesh: TriMesh) -> tuple[int, int, int]:
+    """Columns and rows that all pictures of its materials get, and their number."""
+    pictures = [each.picture for each in mesh.materials if each.picture is not None]
+    if not pictures or mesh.uv is None:
+        return 0, 0, 0
+    columns, rows = (min(max(picture.shape[axis] for picture in pictures), _MOST_PX) for axis in (1, 0))
+    while columns * rows * len(pictures) > _MOST_TEXELS:
+        columns, rows = max(columns // 2, 1), max(rows // 2, 1)
+    return columns, rows, len(pictures)
 
 
 def _coded(picture: Pixels, columns: int, rows: int) -> Pixels:

@@ -45,11 +45,14 @@ void main() {
     if (found.a < surface_of.y) discard;
     own *= found.rgb * found.rgb;
 #endif
+#ifdef WEATHERED
     // streaks along the height, and blotches
     float streak = simplex(vec2(local.x + local.z * 1.7, local.y * 0.12) * 42.0, 3u);
     float blotch = octaves(local.xy * 3.0 + local.z * 2.0, 9u, 3, 0.6, 2.3);
+    own *= 1.0 + worn * (0.14 * streak + 0.22 * blotch);
+#endif
     Surface s;
-    s.baseColour = own * (1.0 + worn * (0.14 * streak + 0.22 * blotch));
+    s.baseColour = own;
     s.transmittance = 0.0;
     s.normal_ws = normalize(normal_ws);
     s.occlusion = 0.9;
