@@ -274,7 +274,7 @@ def soak() -> str:
             memory = count(row["process_mib"]), *[count(row["gpu_free_mib"])] * on_gpu
             picture = f"{row['mean']:.4f}", f"{row['contrast']:.4f}"
             table.add(f"to {row['to_frame']:,}", *times, *memory, count(row["open_files"]), *picture)
-        beside = f", {was['processes']} processes beside each other" if was["processes"] > 1 else ""
+        beside = f", {was['processes']} processes, {was['at_once']} at once" if was["processes"] > 1 else ""
         what = f"{was['blades']:,} blades, {was['size'].replace('x', ' × ')}{beside}"
         parts.append(with_title(was["machine"]["driver"], what, table))
     return "\n".join(parts)

@@ -22,14 +22,20 @@ import numpy as np
 import greensward as gs
 from greensward.gpu.memory import available_bytes
 
-LOOP_FRAMES = 500
+LOOP_FRAMES = 2000
 """Frames that the camera takes for a round."""
 SEEN_EVERY = 100
 
 
-def scene(density_per_m2: float, reach_m: float) -> gs.Scene:
-    """The preset of rolling balls with so much grass, in gusts and waves."""
-    overrides = {"sowing.density_per_m2": density_per_m2, "sowing.reach_m": reach_m, "ground.beyond": "repeat"}
+def scene(density_per_m2: float, reach_m: float, cascades: int) -> gs.Scene:
+    """The preset of rolling balls with so much grass."""
+    overrides = {
+        "sowing.density_per_m2": density_per_m2,
+        "sowing.reach_m": reach_m,
+        "ground.beyond": "repeat",
+        "shadows.enabled": cascades > 0,
+        "shadows.cascades": max(cascades, 1),
+    }
     return gs.load("jahrmann2017-balls", overrides=overrides)
 
 
@@ -41,10 +47,10 @@ def camera(start: gs.Camera, frame: int) -> gs.Camera:
     return start.model_copy(update={"position_m": at, "target_m": towards, "height_above_ground": True})
 
 
-def soak(frames: int, size: tuple[int, int], density_per_m2: float, reach_m: float) -> dict[str, Any]:
+def soak(frames: int, size: tuple[int, int], density_per_m2: float, reach_m: float, cascades: int) -> dict[str, Any]:
     """Draw so many frames; figures of each tenth."""
     rows: list[dict[str, float]] = []
-    drawn = scene(density_per_m2, reach_m)
+    drawn = scene(density_per_m2, reach_m, cascades)
     cameras = [camera(drawn.camera, frame) for frame in range(LOOP_FRAMES)]
     with gs.Renderer(drawn, size=size, temporal=True) as renderer, renderer.ctx as ctx:
         target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
@@ -75,7 +81,14 @@ def soak(frames: int, size: tuple[int, int], density_per_m2: float, reach_m: flo
             print(rows[-1], file=sys.stderr)
         driver, blades = renderer.driver, renderer.blades
     machine = {"driver": driver, "python": platform.python_version(), "greensward": gs.__version__}
-    return {"machine": machine, "size": f"{size[0]}x{size[1]}", "blades": blades, "processes": 1, "rows": rows}
+    return {
+        "machine": machine,
+        "size": f"{size[0]}x{size[1]}",
+        "blades": blades,
+        "processes": 1,
+        "at_once": 1,
+        "rows": rows,
+    }
 
 
 def _resident_mib() -> int:
@@ -84,7 +97,7 @@ def _resident_mib() -> int:
 
 
 def merged(results: list[dict[str, Any]]) -> dict[str, Any]:
-    """Results of processes that ran beside each other as one."""
+    """Results of as many processes each as one."""
     rows = []
     for parts in zip(*(result["rows"] for result in results), strict=True):
         row = {key: float(np.mean([part[key] for part in parts])) for key in ("frame_ms", "mean", "contrast")}
@@ -92,26 +105,38 @@ def merged(results: list[dict[str, Any]]) -> dict[str, Any]:
         row |= {key: max(part[key] for part in parts) for key in ("process_mib", "open_files")}
         row["gpu_free_mib"] = min(part["gpu_free_mib"] for part in parts)
         rows.append(row | {"to_frame": sum(part["to_frame"] for part in parts)})
-    return {**results[0], "processes": len(results), "rows": rows}
+    processes = sum(result["processes"] for result in results)
+    return {**results[0], "processes": processes, "rows": rows}
 
 
 def main() -> None:
     """Draw, and print the figures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--frames", type=int, default=20_000, help="frames of each process, a multiple of 5,000")
+    parser.add_argument("--frames", type=int, default=20_000, help="frames of each process, a multiple of 20,000")
     parser.add_argument("--size", default="96x54")
     parser.add_argument("--density", type=float, default=10.0, help="blades per square metre")
     parser.add_argument("--reach", type=float, default=40.0, help="metres")
+    parser.add_argument("--cascades", type=int, default=1, help="of shadows; 0 for none")
     parser.add_argument("--processes", type=int, default=1, help="processes beside each other")
+    parser.add_argument("--add", type=Path, metavar="FILE", help="an earlier result of as many processes to add to")
     arguments = parser.parse_args()
     if arguments.processes > 1:
         command = [sys.executable, __file__, "--frames", str(arguments.frames), "--size", arguments.size]
         command += ["--density", str(arguments.density), "--reach", str(arguments.reach)]
+        command += ["--cascades", str(arguments.cascades)]
         running = [subprocess.Popen(command, stdout=subprocess.PIPE) for _ in range(arguments.processes)]
-        print(json.dumps(merged([json.loads(process.communicate()[0]) for process in running]), indent=1))
+        result = merged([json.loads(process.communicate()[0]) for process in running])
+        result["at_once"] = arguments.processes
+        if arguments.add:
+            result = merged([json.loads(arguments.add.read_text(encoding="utf-8")), result])
+        print(json.dumps(result, indent=1))
         return
     width, height = map(int, arguments.size.split("x"))
-    print(json.dumps(soak(arguments.frames, (width, height), arguments.density, arguments.reach), indent=1))
+    print(
+        json.dumps(
+            soak(arguments.frames, (width, height), arguments.density, arguments.reach, arguments.cascades), indent=1
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -99,7 +99,7 @@ class Waves(Model):
     """Direction it blows from, clockwise from north (−z)."""
     speed_mps: Speed = 6.0
     """Speed between the waves."""
-    rate_hz: Annotated[Number, Field(ge=0.0001, le=100)] = 0.4
+    rate_hz: Annotated[Number, Field(ge=1e-6, le=100)] = 0.4
     """Waves per second at one place."""
 
 
@@ -148,7 +148,7 @@ class Ripples(Model):
     """Distance across the wind between the tips of the fronts: 1 / c2."""
     epsilon: Number = Field(default=0.08, ge=0.001, le=10)
     """Limit on the lead of the fronts' tips, which is 1 / (4 epsilon) metres at most."""
-    rate_hz: Annotated[Number, Field(ge=0.0001, le=100)] = 0.3
+    rate_hz: Annotated[Number, Field(ge=1e-6, le=100)] = 0.3
     """Crests per second at one place: the formula's t is 2π / c1 times this, a second."""
 
 
@@ -164,7 +164,7 @@ class Texture(Model):
     """Speed at full colour."""
     moves_mps: Pair[Number] = default((0.0, 0.0))
     """Velocity at which the images move over the ground, along x and z."""
-    rate_hz: Annotated[Number, Field(ge=0.0001, le=1000)] = 4.0
+    rate_hz: Annotated[Number, Field(ge=1e-6, le=1000)] = 4.0
     """Images per second."""
 
 
