@@ -47,10 +47,9 @@ def camera(start: gs.Camera, frame: int) -> gs.Camera:
     return start.model_copy(update={"position_m": at, "target_m": towards, "height_above_ground": True})
 
 
-def soak(frames: int, size: tuple[int, int], density_per_m2: float, reach_m: float, cascades: int) -> dict[str, Any]:
+def soak(frames: int, size: tuple[int, int], drawn: gs.Scene) -> dict[str, Any]:
     """Draw so many frames; figures of each tenth."""
     rows: list[dict[str, float]] = []
-    drawn = scene(density_per_m2, reach_m, cascades)
     cameras = [camera(drawn.camera, frame) for frame in range(LOOP_FRAMES)]
     with gs.Renderer(drawn, size=size, temporal=True) as renderer, renderer.ctx as ctx:
         target = ctx.framebuffer([ctx.texture(size, 4)], ctx.depth_renderbuffer(size))
