@@ -266,6 +266,8 @@ def _cheap(table: dict[str, Any]) -> dict[str, Any]:
     sowing["reach_m"] = min(sowing.get("reach_m", 30), 30)
     if sowing.get("traced_m", 0) >= sowing["reach_m"]:
         del sowing["traced_m"]
+    if "settle_s" in table.get("simulation", {}):
+        table["simulation"]["settle_s"] = min(table["simulation"]["settle_s"], 1.0)
     shadows = table.setdefault("shadows", {})
     shadows["size_px"] = min(shadows.get("size_px", 256), 256)
     table.get("ground", {}).update(
