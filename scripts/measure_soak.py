@@ -131,11 +131,8 @@ def main() -> None:
         print(json.dumps(result, indent=1))
         return
     width, height = map(int, arguments.size.split("x"))
-    print(
-        json.dumps(
-            soak(arguments.frames, (width, height), arguments.density, arguments.reach, arguments.cascades), indent=1
-        )
-    )
+    drawn = scene(arguments.density, arguments.reach, arguments.cascades)
+    print(json.dumps(soak(arguments.frames, (width, height), drawn), indent=1))
 
 
 if __name__ == "__main__":

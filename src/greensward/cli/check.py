@@ -41,7 +41,9 @@ def check(
                 if isinstance(loaded.colour, GroundColour):
                     green_pictures(loaded, loaded.colour)
                 chosen(loaded)
-                place(loaded.camera, HeightField.of(loaded))
+                position, _ = place(loaded.camera, HeightField.of(loaded))
+                if loaded.water:
+                    loaded.water.refuse_below(float(position[1]))
                 if not loaded.camera.is_straight:
                     directions(loaded.camera, loaded.camera.calibrated_px or (1280, 720))
         except InputError as error:

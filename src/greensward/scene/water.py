@@ -3,6 +3,7 @@
 from pydantic import Field
 
 from greensward.scene.base import Colour, Flag, Model, Number
+from greensward.scene.errors import InputError
 
 
 class Water(Model):
@@ -22,3 +23,11 @@ class Water(Model):
     """True if it reflects ground, objects and the low-detail grass of the density map; if false, the sky alone."""
     reflection_scale: Number = Field(default=0.5, ge=0.1, le=1)
     """Resolution of the reflection, as a fraction of the picture's."""
+
+    def refuse_below(self, height_m: float) -> None:
+        """Raise `InputError` for a camera at a height that is not above the water."""
+        if height_m <= self.level_m:
+            raise InputError(
+                f"camera.position_m: must be above the water, whose level is {self.level_m:g} m "
+                f"(got {height_m:.2f} m); raise y or lower water.level_m"
+            )

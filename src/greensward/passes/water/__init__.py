@@ -92,13 +92,10 @@ class WaterPass:
 
     def mirror(self, view: View) -> View | None:
         """The view of the mirrored scene. Raises `InputError` for a camera that is not above the water."""
-        level = self._water.level_m
-        if view.camera_ws[1] <= level:
-            raise InputError(
-                f"camera.position_m: must be above the water, whose level is {level:g} m "
-                f"(got {view.camera_ws[1]:.2f} m); raise y or lower water.level_m"
-            )
-        return view.mirrored(level, self.mirrored_size(view.size_px)) if self._water.reflections else None
+        self._water.refuse_below(float(view.camera_ws[1]))
+        return (
+            view.mirrored(self._water.level_m, self.mirrored_size(view.size_px)) if self._water.reflections else None
+        )
 
     def cover(
         self, radiance: moderngl.Texture, mirrored: moderngl.Texture | None, gbuffer: GBuffer, time_s: float
