@@ -10,7 +10,7 @@ from greensward.gpu.layouts import BlockBuffer, block
 from greensward.gpu.view import View
 from greensward.passes.gbuffer import GBuffer
 from greensward.passes.lighting import Lighting
-from greensward.scene import InputError, Scene, Water
+from greensward.scene import Scene, Water
 from greensward.scene.base import linear
 
 WATER_BLOCK = block(
