@@ -338,7 +338,7 @@ def _moving() -> Any:
             "wind": [{"kind": "gusts"}, {"kind": "wake"}],
         }
     )
-    return Renderer(scene, size=(32, 18), temporal=True, device="cpu")
+    return Renderer(scene, size=(32, 18), temporal=True, device="auto")
 
 
 # Readers ----------------------------------------------------------------------------------------------------

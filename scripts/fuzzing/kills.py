@@ -21,7 +21,7 @@ from fuzzing.commands import SMALL
 from fuzzing.files import others
 from fuzzing.scenes import furnish
 
-_SMALL = ("--size", "96x54", "--device", "cpu")
+_SMALL = ("--size", "96x54", "--device", "auto")
 _CLIP = ("animate", "small.toml", *_SMALL, "--seconds", "0.4")
 _COMMANDS: dict[str, tuple[str, ...]] = {
     "render": ("render", "small.toml", "-o", "out/p.png", *_SMALL, "--samples", "4", "--aov", "depth,blade_id"),

@@ -297,13 +297,13 @@ def _drawn(case: Case, file: Path) -> str:
         scene = load(file, technique_settings=SETTINGS)
         for _ in range(2):
             try:
-                with Renderer(scene, size=SIZE, samples=1, device="cpu") as renderer:
+                with Renderer(scene, size=SIZE, samples=1, device="auto") as renderer:
                     pictures.append(renderer.render(time_s, aovs=AOVS))
             except GreenswardError as error:
                 if any(word in str(error) for word in _NEEDS_A_DEVICE):
                     return "refused by the device"
                 raise Finding(f"check accepts and render refuses: {cut(str(error), 400)}") from None
-        if (code := Device.shared("cpu").ctx.error) != "GL_NO_ERROR":
+        if (code := Device.shared("auto").ctx.error) != "GL_NO_ERROR":
             raise Finding(f"an error of OpenGL: {code}")
     first, second = pictures
     _check_truth(first)
