@@ -10,10 +10,12 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 
-pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="it watches processes as Linux tells")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="it watches processes as Linux tells"),
+]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "count"), [("scenes", 20), ("files", 100), ("commands", 20), ("kills", 3)])
 def test_whatever_comes_is_taken_or_refused_in_a_sentence(kind: str, count: int, tmp_path: Path) -> None:
     results = tmp_path / "fuzz.json"

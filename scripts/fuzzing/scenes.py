@@ -131,17 +131,18 @@ def _mutate(case: Case, table: dict[str, Any]) -> None:
     if not found:
         return
     holder, key, below = rng.choice(found)
+    place = f"{_path(table, holder)}{key}"
     if action == "edge":
         holder[key] = schemas.edge(below, rng)
     elif action == "hostile":
         holder[key] = schemas.hostile(rng)
     elif action == "delete":
         del holder[key]
-        case.note(f"without {key}")
+        case.note(f"without {place}")
         return
     elif action == "duplicate" and isinstance(holder, list):
         holder += [copy.deepcopy(holder[key])] * rng.choice([1, 2, 10, 100, 1000])
-        case.note(f"item {key} to {len(holder)} items")
+        case.note(f"item {place} to {len(holder)} items")
         return
     elif action == "kind":
         node, own = rng.choice(list(schemas.tables(table, schema)))
@@ -151,7 +152,19 @@ def _mutate(case: Case, table: dict[str, Any]) -> None:
     else:
         other, at, _ = rng.choice(found)
         holder[key], other[at] = copy.deepcopy(other[at]), copy.deepcopy(holder[key])
-    case.note(f"{key} = {cut(repr(holder[key]) if key in holder or isinstance(key, int) else '', 160)}")
+    case.note(f"{place} = {cut(repr(holder[key]) if key in holder or isinstance(key, int) else '', 160)}")
+
+
+def _path(node: Any, holder: Any, before: str = "") -> str | None:
+    """The place of a table or list within another, as a person writes it."""
+    if node is holder:
+        return before
+    for key in node if isinstance(node, dict) else range(len(node)):
+        if isinstance(node[key], dict | list):
+            found = _path(node[key], holder, f"{before}{key}.")
+            if found is not None:
+                return found
+    return None
 
 
 def _name(schema: schemas.Schema) -> str:
