@@ -7,7 +7,7 @@ import greensward as gs
 from greensward.ground import HeightField
 from greensward.scene.load import named_files
 from greensward.scene.wind import Wind
-from greensward.techniques import TECHNIQUES
+from greensward.techniques import SETTINGS, TECHNIQUES
 from greensward.techniques.tessellated_quads.pictures import blade_pictures
 from greensward.viewpoint import camera_view
 from small_scenes import COARSE_PX, DRONE, small_scene
@@ -77,7 +77,7 @@ def test_these_are_the_presets():
 def test_a_preset_survives_toml_and_moves(renderer, name, tmp_path):
     scene = gs.load(name)
     (tmp_path / "scene.toml").write_text(gs.dump(scene), encoding="utf-8")
-    for _, file in named_files(scene):
+    for _, file in named_files(scene, SETTINGS):
         copy = tmp_path / file.relative_to(scene.resolve("."))
         copy.parent.mkdir(exist_ok=True)
         copy.write_bytes(file.read_bytes())

@@ -471,8 +471,7 @@ class Renderer:
         `temporal` pictures begin anew if it holds none of this size. Raises `InputError` if it was made of another
         field.
         """
-        if "time_s" not in state or state["time_s"].shape != ():
-            raise InputError("this is not a checkpoint of greensward")
+        _refuse_damage(state)
         try:
             camera = Camera.model_validate_json(str(state["camera"])) if "camera" in state else self.scene.camera
         except ValueError:
@@ -854,3 +853,16 @@ def _same_but_colours(before: Scene, scene: Scene) -> bool:
         a.model_dump(exclude=_COLOURS) == b.model_dump(exclude=_COLOURS)
         for a, b in zip(before.grass, scene.grass, strict=True)
     )
+
+
+def _refuse_damage(state: Mapping[str, Any]) -> None:
+    """Raise `InputError` for what is no checkpoint, or one whose arrays hold no finite numbers."""
+    if "time_s" not in state:
+        raise InputError("this is not a checkpoint of greensward")
+    for name, array in state.items():
+        kinds = "U" if name == "camera" else "biuf"
+        sound = isinstance(array, np.ndarray) and array.dtype.kind in kinds
+        if sound and array.dtype.kind == "f":
+            sound = bool(np.isfinite(array).all())
+        if not sound or (name in ("time_s", "camera") and array.shape != ()):
+            raise InputError(f"the checkpoint's {name} is damaged")

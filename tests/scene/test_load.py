@@ -294,7 +294,7 @@ def test_a_folder_holds_its_scene_and_the_files_it_names(tmp_path):
     (tmp_path / "scene.toml").write_text("sowing.density_map = 'd.png'", encoding="utf-8-sig")
     (tmp_path / "d.png").touch()
     scene = load(tmp_path)
-    assert named_files(scene) == [("sowing.density_map", tmp_path / "d.png")]
+    assert named_files(scene, {}) == [("sowing.density_map", tmp_path / "d.png")]
     (tmp_path / "d.png").unlink()
     with pytest.raises(SceneError, match=f"sowing.density_map: no such file: {re.escape(str(tmp_path / 'd.png'))}"):
         load(tmp_path)

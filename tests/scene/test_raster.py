@@ -29,7 +29,7 @@ def test_scenes_with_arrays_are_compared_hashed_copied_and_pickled_by_content():
     assert hash(one.ground) == hash(same.ground) != hash(other.ground)
     for twin in (copy.deepcopy(one), one.model_copy(deep=True)):
         assert twin == one
-    assert named_files(one) == []
+    assert named_files(one, {}) == []
     assert one.model_dump()["sowing"]["density_map"] == Raster(MASK)
 
 

@@ -145,7 +145,7 @@ def _version(library: str) -> str | None:
 def scene_hash(scene: Scene, path: CameraPath | None = None) -> str:
     """The first digits of the SHA-256 of a scene, of every file that it names, and of a camera path."""
     digest = hashlib.sha256(dump(scene).encode())
-    for _, file in named_files(scene):
+    for _, file in named_files(scene, SETTINGS):
         digest.update(file.read_bytes())
     digest.update(path.digest.encode() if path else b"")
     return digest.hexdigest()[:16]

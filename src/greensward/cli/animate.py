@@ -293,9 +293,10 @@ def _hash(scene: "Scene") -> str:
     """Hash of a scene and of the content of its files."""
     from greensward.scene.files import open_file
     from greensward.scene.load import dump, named_files
+    from greensward.techniques import SETTINGS
 
     scene_hash = hashlib.sha256(dump(scene).encode())
-    for _, path in named_files(scene):
+    for _, path in named_files(scene, SETTINGS):
         with open_file(path) as stream:
             digest = hashlib.file_digest(stream, "sha256")  # type: ignore[arg-type]  # what typeshed asks for, it has
             scene_hash.update(digest.digest())

@@ -56,7 +56,7 @@ def check(
         raise typer.Exit(2 if problems else 0)
     for each in said:
         print(f"warning: {each}", file=sys.stderr)
-    count = {0: "no files", 1: "1 file"}.get(files := len(named_files(loaded)), f"{files} files")
+    count = {0: "no files", 1: "1 file"}.get(files := len(named_files(loaded, SETTINGS)), f"{files} files")
     title = loaded.title or "untitled"
     print(f"{scene}: valid: “{title}”, {loaded.ground.kind} ground, {len(loaded.grass)} species, {count}")
 

@@ -125,8 +125,9 @@ def spare_what_is_read(scene: "Scene", output: object, is_written: Callable[[Pat
     """Raise `InputError` if a file that the scene reads would be written."""
     from greensward.scene.errors import InputError
     from greensward.scene.load import named_files
+    from greensward.techniques import SETTINGS
 
-    for key, path in named_files(scene):
+    for key, path in named_files(scene, SETTINGS):
         if is_written(path.resolve()):
             raise InputError(f"{output}: would overwrite what the scene reads as {key}; choose another name")
 

@@ -44,10 +44,10 @@ def stamp(
     from greensward.io.rasters import write_picture
     from greensward.motion.outlines import as_picture, forces_around, normals, read_outline, rim_of, signed_distance
     from greensward.scene.errors import InputError
-    from greensward.scene.files import check_writable
+    from greensward.scene.files import check_writable, is_there
 
     check_writable(output, ENDINGS)
-    if outline.exists() and outline.resolve() == output.resolve():
+    if is_there(outline) and outline.resolve() == output.resolve():
         raise InputError(f"{output}: would overwrite the outline; choose another name")
     pressed = read_outline(outline) > 0.5
     height, width = pressed.shape

@@ -301,6 +301,8 @@ class BladeSimulation:
         same = "field" in saved and np.array_equal(saved["field"], self._digest())
         if not same or any(name not in saved or saved[name].shape != shape for name, shape in shapes.items()):
             raise InputError("the checkpoint was made of another field: use the same scene, seed and camera")
+        if not 0 <= float(saved["steps"]) < 2**62:
+            raise InputError("the checkpoint's steps is damaged")
         states = [self._state(page) for page in pages]
         # NVIDIA's driver may write before it has cleared
         self._device.ctx.finish()

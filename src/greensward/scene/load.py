@@ -63,7 +63,12 @@ def load(
         changes.look_from(camera)
     for key, value in _pairs(overrides, changes):
         changes.set(key, value, "--set")
-    found = changes.problems + _file_problems(table, folder, changes.origin, read_file)
+    found = changes.problems + _file_problems(
+        [*_files(table, (Scene,), ()), *_files_of_technique(table.get("technique"), technique_settings)],
+        folder,
+        changes.origin,
+        read_file,
+    )
     scene: Scene | None = None
     untold = 0
     try:
@@ -113,9 +118,11 @@ def preset_file(name: str) -> Path:
     return _PRESETS / f"{name}.toml"
 
 
-def named_files(scene: Scene) -> list[tuple[str, Path]]:
-    """The key, such as `sowing.density_map`, and the path of every file that the scene names."""
-    found = _files(scene.model_dump(), (Scene,), ())
+def named_files(scene: Scene, technique_settings: Settings) -> list[tuple[str, Path]]:
+    """The key, such as `sowing.density_map`, and the path of every file that the scene and its technique name."""
+    found = [*_files(scene.model_dump(), (Scene,), ())]
+    if settings := technique_settings.get(scene.technique.name):
+        found += _files(scene.technique.model_extra or {}, (settings,), ("technique",))
     return [(place_of(loc), scene.resolve(table[loc[-1]])) for loc, table in found]
 
 
@@ -322,12 +329,19 @@ def _files(node: Any, models: Models, loc: Loc) -> Iterator[tuple[Loc, Any]]:
                 yield from (((*loc, key, i), named) for i, name in enumerate(named) if isinstance(name, str) and name)
 
 
+def _files_of_technique(choice: Any, technique_settings: Settings | None) -> Iterator[tuple[Loc, Any]]:
+    """Those of the settings of a technique."""
+    name = choice.get("name", _technique_name()) if isinstance(choice, dict) else None
+    if isinstance(name, str) and (settings := (technique_settings or {}).get(name)):
+        yield from _files(choice, (settings,), ("technique",))
+
+
 def _file_problems(
-    scene: dict[str, Any], folder: Path, origin: Callable[[Loc], str], read_file: ReadFile | None
+    named: Iterable[tuple[Loc, Any]], folder: Path, origin: Callable[[Loc], str], read_file: ReadFile | None
 ) -> list[str]:
     """One sentence for each file that is named and not there, or that cannot be read."""
     found = []
-    for loc, table in _files(scene, (Scene,), ()):
+    for loc, table in named:
         name = table[loc[-1]]
         try:
             path = folder / Path(name).expanduser()

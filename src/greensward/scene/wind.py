@@ -4,11 +4,24 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from greensward.scene.base import Count, FileNames, Flag, Model, Number, OptionalPoint, Pair, Point, Size, default
+from greensward.scene.base import (
+    Count,
+    FileNames,
+    Flag,
+    GroundPoint,
+    Model,
+    Number,
+    OptionalPoint,
+    Pair,
+    Point,
+    Size,
+    default,
+)
 
 MOST_WINDS = 8
 Direction = Annotated[Number, Field(ge=-360, le=360)]
 Speed = Annotated[Number, Field(ge=0, le=200)]
+_Velocity = Annotated[Number, Field(ge=-200, le=200)]
 Length = Annotated[Number, Field(ge=0.01, le=10_000)]
 Time = Annotated[Number, Field(ge=0.001, le=1e6)]
 
@@ -55,7 +68,7 @@ class Helicopter(Model):
     """The downwash of a helicopter that circles above the field: rings that run outwards (Yan et al. 2024)."""
 
     kind: Literal["helicopter"] = "helicopter"
-    centre_m: Pair[Number] = default((0.0, 0.0))
+    centre_m: GroundPoint = default((0.0, 0.0))
     """Middle of the circle that it flies: x and z."""
     radius_m: Annotated[Number, Field(ge=0, le=10_000)] = 6.0
     """Radius of that circle."""
@@ -162,7 +175,7 @@ class Texture(Model):
     """Extent of an image on the ground, centred on the origin; it repeats."""
     speed_mps: Speed = 10.0
     """Speed at full colour."""
-    moves_mps: Pair[Number] = default((0.0, 0.0))
+    moves_mps: Pair[_Velocity] = default((0.0, 0.0))
     """Velocity at which the images move over the ground, along x and z."""
     rate_hz: Annotated[Number, Field(ge=1e-6, le=1000)] = 4.0
     """Images per second."""

@@ -35,7 +35,7 @@ SETTINGS: dict[str, type[BaseModel]] = {technique.name: technique.Settings for t
 
 
 def chosen(scene: Scene) -> tuple[type[AnyTechnique], BaseModel]:
-    """Find the technique that a scene names, and its settings. Raises `SceneError`."""
+    """Find the technique that a scene names, and its settings. Raises `InputError` where they do not fit it."""
     choice = scene.technique
     for technique in TECHNIQUES:
         if technique.name == choice.name:
@@ -47,6 +47,9 @@ def chosen(scene: Scene) -> tuple[type[AnyTechnique], BaseModel]:
                 raise SceneError([f"scene: sowing.stored_m: {why}; leave stored_m out"])
             if scene.sowing.traced_m is not None and (why := _must_be_blades(scene, technique)):
                 raise SceneError([f"scene: sowing.traced_m: {why}; leave traced_m out"])
+            technique.check(scene, settings)
+            if scene.sowing.traced_m is not None:
+                FAR.check(scene, _FAR)
             return technique, settings
     raise SceneError([f"scene: technique.name: {one_of(choice.name, SETTINGS)}"])
 

@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from greensward.gpu.device import Device
 from greensward.gpu.view import View
+from greensward.scene import Scene
 from greensward.sowing.identity import Ids
 from greensward.world import FrameTime, World
 
@@ -51,6 +52,10 @@ class Technique(Protocol[SettingsType]):
     @staticmethod
     def needs(settings: SettingsType) -> Needs:
         """Demands of the technique with these settings."""
+
+    @staticmethod
+    def check(scene: Scene, settings: SettingsType) -> None:
+        """Raise `InputError` where these settings do not fit the scene."""
 
     def __init__(self, device: Device, world: World, settings: SettingsType) -> None:
         """Build every GPU resource."""

@@ -9,6 +9,7 @@ from greensward.gpu.shader_source import forget_files
 from greensward.renderer import Counts
 from greensward.scene import Camera, GreenswardError, Scene, SceneError
 from greensward.scene.load import named_files
+from greensward.techniques import SETTINGS
 from greensward.viewer import saving
 from greensward.viewer.camera_controller import Intent
 from greensward.viewer.contexts import Contexts
@@ -251,7 +252,7 @@ class Viewer:
         if self._watched is not session.scene:
             self._watched = session.scene
             file = session.origin.file
-            self._files.watch([path for _, path in named_files(session.scene)] + ([file] if file else []))
+            self._files.watch([path for _, path in named_files(session.scene, SETTINGS)] + ([file] if file else []))
         changed = self._files.changed()
         if session.origin.file in changed:
             self._reload_scene(session.origin.file)

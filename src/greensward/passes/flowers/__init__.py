@@ -8,11 +8,13 @@ import numpy.typing as npt
 
 from greensward.gpu.buffers import release_all
 from greensward.gpu.device import STORAGE_WRITTEN, Device
-from greensward.gpu.kernels import Draw, Kernel
+from greensward.gpu.kernels import Draw, Kernel, grid
 from greensward.gpu.layouts import struct
+from greensward.gpu.memory import available_bytes
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
 from greensward.passes.flowers.pictures import flower_array
+from greensward.scene import InputError
 from greensward.sowing import sward_defines
 from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.world import FrameTime, World
@@ -58,6 +60,12 @@ class BillboardFlowers:
         self._edges = edges
         self._firsts = [sum(edge * edge for edge in edges[:i]) for i in range(len(edges))]
         self.most = sum(edge * edge for edge in edges)
+        needed, free = _FLOWER.dtype.itemsize * self.most, available_bytes(device)
+        if needed > free:
+            raise InputError(
+                f"flowers: {self.most / 1e6:,.0f} million places for plants need {needed / 2**30:,.1f} GiB, and this "
+                f"device can give {free / 2**30:,.1f} GiB; lower density_per_m2 or reach_m"
+            )
         self._flowers = device.ctx.buffer(reserve=_FLOWER.dtype.itemsize * self.most)
 
     def update(self, frame: FrameTime) -> None:
@@ -72,8 +80,8 @@ class BillboardFlowers:
             for cell, edge in zip(self._cells_m, self._edges, strict=True)
         ]
         for i, (table, cell, edge) in enumerate(zip(self._tables, self._cells_m, self._edges, strict=True)):
-            self._grow.run_over(
-                edge * edge,
+            self._grow.run(
+                grid(-(-edge * edge // 64)),
                 **shared,
                 Flowers=self._flowers,
                 first_cell=self._first_cells[i],

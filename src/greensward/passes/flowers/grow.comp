@@ -2,6 +2,7 @@
 // whatever the camera, and nothing is stored.
 #include "sowing/sward.glsl"
 #include "motion/pose.glsl"
+#include "shaders/dispatch.glsl"
 #include "layout/Flower"
 
 layout(local_size_x = 64) in;
@@ -62,7 +63,7 @@ Flower growIn(ivec2 cell) {
 }
 
 void main() {
-    int index = int(gl_GlobalInvocationID.x);
+    int index = int(64u * workgroupIndex() + gl_LocalInvocationID.x);
     if (index >= cells.x * cells.y) return;
     flowers[first_flower + index] = growIn(first_cell + ivec2(index % cells.x, index / cells.x));
 }

@@ -11,10 +11,12 @@ from greensward.gpu.device import Device, Stage
 from greensward.gpu.full_screen import FullScreenPass
 from greensward.gpu.kernels import Bindings
 from greensward.gpu.view import View
+from greensward.scene import InputError
 
 Moment = tuple[View, float]
 """View and time of a frame."""
 
+_MOST_FRAMES = 2**31
 _CUT_TURN_DEG, _CUT_MOVE_M, _CUT_ZOOM, _CUT_S = 30.0, 3.0, 1.5, 0.5
 
 
@@ -97,6 +99,8 @@ class Temporal:
         width, height = self._history.size
         self._index, self._holds = -1, None
         if history is not None and frames is not None and history.shape == (height, width, 4):
+            if frames.shape != () or not 1 <= float(frames) < _MOST_FRAMES:
+                raise InputError("the checkpoint's history_frames is damaged")
             self._history.write(np.ascontiguousarray(history, np.float16))
             self._index, self._holds = int(frames) - 1, moment
 

@@ -14,6 +14,7 @@ from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Draw, Kernel
 from greensward.gpu.layouts import BlockBuffer, struct
 from greensward.gpu.view import View
+from greensward.scene import Scene
 from greensward.sowing import sward_defines
 from greensward.sowing.identity import Ids
 from greensward.techniques.blades.leaf import LEAF_BLOCK, LeafSettings
@@ -88,6 +89,10 @@ class BezierBlades:
             self._draws[purpose] = Draw(device, *stages, defines=defines, bindings=bindings)
         self._records = device.ctx.buffer(reserve=_RECORD.dtype.itemsize)
         self._prepared: dict[View, list[_Part]] = {}
+
+    @staticmethod
+    def check(scene: Scene, settings: BezierSettings) -> None:
+        """Accept any scene."""
 
     @staticmethod
     def needs(settings: BezierSettings) -> Needs:  # noqa: ARG004

@@ -48,7 +48,6 @@ class BillboardGrid:
         self._spacing_m = settings.spacing * mean_length_m(scene)
         self._billboard_m = settings.billboard_m
         self._turn = math.cos(math.radians(settings.turn_deg)), math.sin(math.radians(settings.turn_deg))
-        _refuse(scene, settings, self._spacing_m)
         self._mipmap: MaximumMipmap | None = None
         self._billboards: Billboards | None = None
         self._shadow: _Shadow | None = None
@@ -100,6 +99,21 @@ class BillboardGrid:
             )
 
     @staticmethod
+    def check(scene: Scene, settings: GridSettings) -> None:
+        """Refuse growth, and billboards that are nearer to each other than their texels are wide."""
+        if scene.growth:
+            raise InputError(
+                "technique.name: must not be billboard-grid with [growth], as its billboards are full-grown"
+            )
+        texel_m, spacing_m = settings.billboard_m / settings.texture_px, settings.spacing * mean_length_m(scene)
+        if spacing_m < texel_m:
+            raise InputError(
+                f"technique.spacing: must be at least a texel of the billboards, {texel_m * 1000:.3g} mm "
+                f"(got {settings.spacing:g} blade lengths, {spacing_m * 1000:.3g} mm); "
+                "raise spacing or technique.texture_px, or lower technique.billboard_m"
+            )
+
+    @staticmethod
     def needs(settings: GridSettings) -> Needs:  # noqa: ARG004
         """No blades: its billboards bear blades of their own. Rays end at all that is drawn before."""
         return Needs(stored=False, all_else_first=True)
@@ -131,7 +145,7 @@ class BillboardGrid:
             return
         if view.size_px[0] * view.size_px[1] > FIRST_TRACED:
             raise InputError(f"size: a picture of traced grass has at most {FIRST_TRACED:,} pixels")
-        self._ids = at_least(self._device, self._ids, ID_BYTES * view.size_px[0] * view.size_px[1])
+        self._ids = at_least(self._device, self._ids, ID_BYTES * view.size_px[0] * view.size_px[1], ID_BYTES)
         values |= {"range_m": view.near_and_far_m, "TracedIds": self._ids}
         if isinstance(self._trace, Kernel):
             self._trace.run_over(view.size_px, **values)
@@ -203,18 +217,6 @@ class _Shadow:
         self._copy.release()
         if self._traced:
             self._traced.release()
-
-
-def _refuse(scene: Scene, settings: GridSettings, spacing_m: float) -> None:
-    if scene.growth:
-        raise InputError("technique.name: must not be billboard-grid with [growth], as its billboards are full-grown")
-    texel_m = settings.billboard_m / settings.texture_px
-    if spacing_m < texel_m:
-        raise InputError(
-            f"technique.spacing: must be at least a texel of the billboards, {texel_m * 1000:.3g} mm "
-            f"(got {settings.spacing:g} blade lengths, {spacing_m * 1000:.3g} mm); "
-            "raise spacing or technique.texture_px, or lower technique.billboard_m"
-        )
 
 
 def _mean_material(scene: Scene) -> tuple[float, ...] | None:

@@ -16,6 +16,7 @@ from greensward.ground import HeightField
 from greensward.ground.ground_gpu import GroundGpu
 from greensward.io.rasters import decoded, read_rgba
 from greensward.scene import FlatGround, InputError, Scene
+from greensward.scene.files import check_memory
 from greensward.sowing import Field, Page
 from greensward.sowing.blade import BLADE
 from greensward.sowing.species import sward_values
@@ -106,6 +107,10 @@ def _with_coarser(blade: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
     return np.concatenate([blade, below])
 
 
+_TEXEL_BYTES = 256
+"""Memory that a texel of the side view takes at most while its pictures are put together."""
+
+
 def _numbered(blade: npt.NDArray[np.int64], aside: int = 0, ahead: int = 0) -> npt.NDArray[np.int64]:
     """Numbers of blades of a picture, from 1, which tell how many pictures to each side a blade has its root."""
     return 9 * (blade % _MOST_NUMBERED) + 3 * (ahead + 1) + aside + 2
@@ -162,9 +167,8 @@ def _bed(scene: Scene, edge_m: float, deep_m: float) -> Scene:
 
 def _rows(page: Page) -> Rows:
     """The blades of a page that was just sown, as they lie on the GPU from its beginning: (n, 16)."""
-    return np.frombuffer(page.blades.read(page.count * BLADE.dtype.itemsize), np.float32).reshape(
-        -1, BLADE.dtype.itemsize // 4
-    )
+    data = page.blades.read(page.count * BLADE.dtype.itemsize) if page.count else b""
+    return np.frombuffer(data, np.float32).reshape(-1, BLADE.dtype.itemsize // 4)
 
 
 def _points(rows: Rows) -> npt.NDArray[np.float32]:
@@ -198,6 +202,8 @@ class _Grower:
         edge_m = self._settings.billboard_m
         columns = self._settings.texture_px
         rows = int(np.clip(np.ceil(self._tall_m / edge_m * columns), 4, _MOST_ROWS))
+        texels = columns * rows * (self._settings.layers + 1)
+        check_memory("technique.layers", _TEXEL_BYTES * texels, "lower layers or texture_px, or raise billboard_m")
         axes = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
         drawn = []
         layers = self._settings.layers

@@ -16,7 +16,7 @@ from greensward.gpu.device import Device
 from greensward.gpu.kernels import Draw, Mesh
 from greensward.gpu.layouts import BlockBuffer
 from greensward.gpu.view import View
-from greensward.scene import InputError
+from greensward.scene import InputError, Scene
 from greensward.sowing import Page, sward_defines
 from greensward.sowing.identity import Ids, beside
 from greensward.techniques.blades.leaf import LEAF_BLOCK
@@ -62,6 +62,10 @@ class ExpandedRoots:
         self._make_draws()
         self._shown: dict[View, object] = {}
         self._parts: dict[View, list[_Part]] = {}
+
+    @staticmethod
+    def check(scene: Scene, settings: RootSettings) -> None:
+        """Accept any scene."""
 
     @staticmethod
     def needs(settings: RootSettings) -> Needs:

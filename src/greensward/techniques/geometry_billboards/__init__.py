@@ -20,7 +20,7 @@ from greensward.sowing.growth import GROWTH_BLOCK, curve_rows, phase_at
 from greensward.sowing.identity import Ids
 from greensward.sowing.pattern import pattern_of
 from greensward.techniques.blades.leaf import LEAF_BLOCK
-from greensward.techniques.geometry_billboards.pictures import Pictures
+from greensward.techniques.geometry_billboards.pictures import Pictures, outline_of
 from greensward.techniques.geometry_billboards.settings import BillboardSettings
 from greensward.techniques.geometry_billboards.tiles import LEVELS, Tiles, levels_of, rings_of, tile_edge_m
 from greensward.techniques.technique import Needs
@@ -70,6 +70,11 @@ class GeometryBillboards:
             draw.set(**self._uniforms(scene), painted=pictures.painted)
         self._parts += [*self._blades.values(), self._flat, self._tiles, pictures]
         self._parts += [self._roots, self._leaf, self._growth]
+
+    @staticmethod
+    def check(scene: Scene, settings: BillboardSettings) -> None:
+        """Refuse outlines of which nothing would be drawn."""
+        outline_of(scene, settings)
 
     @staticmethod
     def needs(settings: BillboardSettings) -> Needs:  # noqa: ARG004

@@ -25,7 +25,7 @@ class Pictures:
         files = settings.first_texture, settings.second_texture, settings.third_texture
         self.painted = sum(1 << i for i, file in enumerate(files) if file)
         """Bits of the colour textures that are files."""
-        outline = _coded(_outline_of(scene, settings))
+        outline = _coded(outline_of(scene, settings))
         colours = _coded(colours_of(scene, settings))
         tile = _coded(tile_of(scene, settings))
         layers, rows, columns, _ = colours.shape
@@ -50,7 +50,7 @@ def _coded(values: Pixels) -> npt.NDArray[np.uint8]:
     return np.ascontiguousarray(np.round(255.0 * np.clip(values, 0.0, 1.0)).astype(np.uint8))
 
 
-def _outline_of(scene: Scene, settings: BillboardSettings) -> Pixels:
+def outline_of(scene: Scene, settings: BillboardSettings) -> Pixels:
     """Alpha, (rows, columns), first row at the tip. Raises `InputError` where nothing of it would be drawn."""
     if settings.alpha_texture is None:
         return leaf(*SIZE)

@@ -41,7 +41,6 @@ class TessellatedQuads:
     Settings: ClassVar[type[BaseModel]] = QuadSettings
 
     def __init__(self, device: Device, world: World, settings: QuadSettings) -> None:
-        _refuse_growth(world.scene, settings)
         self._device, self._world, self._settings = device, world, settings
         scene = world.scene
         self._instances: Instances | None = None
@@ -69,6 +68,20 @@ class TessellatedQuads:
         self._list = Kernel(device, f"{_FOLDER}/list.comp", {}, bindings)
         self._listed = device.ctx.buffer(reserve=WORD)
         self._parts: dict[View, list[tuple[DrawList, BufferRange, int]]] = {}
+
+    @staticmethod
+    def check(scene: Scene, settings: QuadSettings) -> None:
+        """Refuse blades of other heights than those that grow."""
+        if not scene.growth:
+            return
+        if settings.mode == "instanced":
+            raise InputError('technique.mode: must be "basic" with [growth], as instanced blades are full-grown')
+        if settings.quads == "random":
+            raise InputError('technique.quads: must be "sown" with [growth], as random quads are full-grown')
+        if any(each.height_m for each in settings.patch):
+            raise InputError(
+                "technique.patch: height_m must be left out with [growth], as such blades are full-grown"
+            )
 
     @staticmethod
     def needs(settings: QuadSettings) -> Needs:
@@ -230,18 +243,6 @@ class TessellatedQuads:
             self._instances.release()
         release_all(*self._stored.values(), *self._instanced.values(), self._culling, self._list, self._grid)
         release_all(self._block, self._culled_by, self._pictures, self._drawn, self._listed)
-
-
-def _refuse_growth(scene: Scene, settings: QuadSettings) -> None:
-    """Refuse blades of other heights than those that grow."""
-    if not scene.growth:
-        return
-    if settings.mode == "instanced":
-        raise InputError('technique.mode: must be "basic" with [growth], as instanced blades are full-grown')
-    if settings.quads == "random":
-        raise InputError('technique.quads: must be "sown" with [growth], as random quads are full-grown')
-    if any(each.height_m for each in settings.patch):
-        raise InputError("technique.patch: height_m must be left out with [growth], as such blades are full-grown")
 
 
 def _bears_grass(scene: Scene) -> bool:

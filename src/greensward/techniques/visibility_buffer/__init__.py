@@ -24,7 +24,7 @@ from greensward.gpu.kernels import Bindings, Draw, Kernel
 from greensward.gpu.layouts import WORD, BlockBuffer, struct
 from greensward.gpu.view import View
 from greensward.motion import motion_defines
-from greensward.scene import InputError
+from greensward.scene import InputError, Scene
 from greensward.scene.base import Count
 from greensward.sowing import Page, UnstoredPage, sward_defines
 from greensward.sowing.identity import Ids
@@ -153,6 +153,10 @@ class VisibilityBuffer:
             device.ctx.buffer(reserve=DRAW_COMMAND.dtype.itemsize) for _ in range(4)
         )
         self._lists = zeros(device, _LISTS.dtype.itemsize)
+
+    @staticmethod
+    def check(scene: Scene, settings: VisibilitySettings) -> None:
+        """Accept any scene."""
 
     @staticmethod
     def needs(settings: VisibilitySettings) -> Needs:  # noqa: ARG004
