@@ -24,7 +24,7 @@ from fuzzing.damage import mutated_text
 DRAWN = 0.7
 """Share of the accepted scenes that are drawn."""
 SIZE = (48, 27)
-_NEEDS_A_DEVICE = ("this device can give",)
+_NEEDS_A_DEVICE = ("this device can give", "GiB are free", "million blades")
 
 
 def run(case: Case) -> str:

@@ -41,7 +41,7 @@ def directions(camera: Camera, size_px: tuple[int, int]) -> Floats:
     """Unit directions through the centres of a picture's pixels, (height, width, 3): x right, y down, z forward.
 
     NaN where a fisheye has none, more than 180° from the axis. Raises `InputError` for a distortion that folds the
-    picture.
+    picture, and for a fisheye none of whose pixels has a ray.
     """
     lens = intrinsics(camera, size_px)
     x, y = np.meshgrid((np.arange(size_px[0]) - lens.cx) / lens.fx, (np.arange(size_px[1]) - lens.cy) / lens.fy)
@@ -51,6 +51,11 @@ def directions(camera: Camera, size_px: tuple[int, int]) -> Floats:
             aside = np.where(angle < 1e-9, 1.0, np.sin(angle) / np.maximum(angle, 1e-12))
             rays = np.stack([x * aside, y * aside, np.cos(angle)], -1)
         rays[angle > np.pi] = np.nan
+        if not np.isfinite(rays).any():
+            raise InputError(
+                "camera: must have a ray in its picture; a fisheye has none more than 180° from its axis "
+                f"(got cx_px {camera.cx_px}, cy_px {camera.cy_px})"
+            )
         return rays
     undistorted = _undistorted(np.stack([x, y], -1), _coefficients(camera))
     rays = np.concatenate([undistorted, np.ones((*x.shape, 1))], -1)
@@ -148,11 +153,6 @@ class Lens:
     def __init__(self, device: Device, camera: Camera, size_px: tuple[int, int], stage: Stage) -> None:
         self._camera, self._size = camera, size_px
         rays = directions(camera, size_px)
-        if not np.isfinite(rays).any():
-            raise InputError(
-                "camera: must have a ray in its picture; a fisheye has none more than 180° from its axis "
-                f"(got cx_px {camera.cx_px}, cy_px {camera.cy_px})"
-            )
         self._faces, self.face_size, self._number, self._at = _faces_of(camera, size_px, rays)
         limit = device.limits.picture_px
         if max(self.face_size) > limit:

@@ -323,7 +323,7 @@ def test_check_tells_all_problems_at_once_also_of_files(greensward, tmp_path):
     (tmp_path / "b.toml").write_text("ground = {terrain_map = 'red.png'}\ncolour = {kind = 'ground'}\n")
     code, out, _ = greensward("check", "b.toml", "--json")
     (error,) = json.loads(out)["errors"]
-    assert error.startswith("red.png: ground.terrain_map: must have a texel of greenness 0.05")
+    assert error.startswith("b.toml: ground.terrain_map: red.png: must have a texel of greenness 0.05")
     code, out, _ = greensward("check", "meadow", "--json")
     assert (code, json.loads(out)) == (0, {"ok": True, "errors": [], "warnings": []})
 

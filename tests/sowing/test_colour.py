@@ -226,7 +226,7 @@ def test_a_picture_without_green_is_refused_in_a_sentence(tmp_path, key):
     with pytest.raises(InputError) as caught:
         green_pictures(scene, scene.colour)
     assert str(caught.value) == (
-        f'{tmp_path / "bare.png"}: ground.{key}: must have a texel of greenness 0.05 for colour.kind = "ground" '
+        f'ground.{key}: {tmp_path / "bare.png"}: must have a texel of greenness 0.05 for colour.kind = "ground" '
         "(greenest is 0.00); lower colour.greenness, or take a greener picture"
     )
 

@@ -51,13 +51,14 @@ def unit_shape(solid: Shape) -> tuple[Shape, float]:
     match solid:
         case Capsule():
             size = solid.length_m
-            return Capsule(position_m=_NOWHERE, radius_m=solid.radius_m / size, length_m=1.0), size
+            # not validated, as it may be thinner than an object of a scene
+            return Capsule.model_construct(position_m=_NOWHERE, radius_m=solid.radius_m / size, length_m=1.0), size
         case Mesh():
             return Mesh(position_m=_NOWHERE, file=solid.file, up=solid.up), solid.scale
         case _:
             size = max(solid.size_m)
             x, y, z = (edge / size for edge in solid.size_m)
-            return type(solid)(position_m=_NOWHERE, size_m=(x, y, z)), size
+            return type(solid).model_construct(position_m=_NOWHERE, size_m=(x, y, z)), size
 
 
 def _upright(mesh: TriMesh, up: Literal["y", "z"]) -> TriMesh:

@@ -112,7 +112,7 @@ def green_pictures(scene: Scene, rule: GroundColour) -> tuple[list[Pixels], Pixe
         key, file = next((key, file) for key, file in named if file)
         greenest = max(excess_green(each).max() for (_, file), each in zip(named, pictures, strict=True) if file)
         raise InputError(
-            f"{scene.resolve(file)}: {key}: must have a texel of greenness {rule.greenness:g} for "
+            f"{key}: {scene.resolve(file)}: must have a texel of greenness {rule.greenness:g} for "
             f'colour.kind = "ground" (greenest is {greenest:.2f}); lower colour.greenness, or take a greener picture'
         )
     return greens[:-1], greens[-1]

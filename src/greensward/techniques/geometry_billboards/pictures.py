@@ -59,7 +59,7 @@ def outline_of(scene: Scene, settings: BillboardSettings) -> Pixels:
     alpha: Pixels = pixels[..., 3] if pixels[..., 3].min() < 1.0 else pixels[..., :3].mean(axis=-1)
     if alpha.max() < settings.opacity - 0.5 / 255.0:
         raise InputError(
-            f"{path}: technique.alpha_texture: must reach technique.opacity, {settings.opacity:g}, somewhere "
+            f"technique.alpha_texture: {path}: must reach technique.opacity, {settings.opacity:g}, somewhere "
             f"(got at most {alpha.max():.3g}), or no blade would be seen; lower technique.opacity"
         )
     return alpha
