@@ -24,7 +24,7 @@ from greensward.scene.scene import Scene
 
 _PRESETS = Path(str(files("greensward.scene") / "presets"))
 _LARGEST = 16 * 2**20
-_MOST_PARTS = 200
+_MOST_PARTS, _MOST_ITEMS = 200, 5000
 _NUMBER = r"[^\s,:]+"
 _VIEW = re.compile(rf"({_NUMBER},{_NUMBER},{_NUMBER}):({_NUMBER},{_NUMBER},{_NUMBER})(?::({_NUMBER}))?")
 
@@ -54,6 +54,12 @@ def load(
     Raises `SceneError`, which holds all problems, one sentence each.
     """
     table, folder, label = _read(source)
+    if crowded := next(
+        (key for key, value in table.items() if isinstance(value, list) and len(value) > _MOST_ITEMS), None
+    ):
+        # to check each would take minutes
+        found = f"must hold at most {_MOST_ITEMS:,} tables (got {len(table[crowded]):,})"
+        raise SceneError([f"{label}: {place_of((crowded,))}: {found}"])
     changes = _Changes(table, label)
     if seed is not None:
         changes.set(("seed",), seed, "--seed")
