@@ -1,9 +1,13 @@
 """Simplex noise in NumPy: the twin of `shaders/noise.glsl`, bit for bit in its hash."""
 
+import os
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+_BLOCK = 1 << 14
 _F, _G = (np.sqrt(3.0) - 1.0) / 2.0, (3.0 - np.sqrt(3.0)) / 6.0
 
 
@@ -51,8 +55,18 @@ def simplex(x: npt.ArrayLike, y: npt.ArrayLike, seed: int = 0) -> Array:
 
 def octaves(x: npt.ArrayLike, y: npt.ArrayLike, seed: int, count: int, gain: float, lacunarity: float) -> Array:
     """Octaves of simplex noise with different seeds, turned against each other, about −1 to 1."""
-    px, py = np.asarray(x, np.float64), np.asarray(y, np.float64)
-    total = np.zeros(np.broadcast_shapes(px.shape, py.shape))
+    px, py = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+    if px.size <= _BLOCK or len(px) < 2:
+        return _octaves(px, py, seed, count, gain, lacunarity)
+    # rows that fit into a processor's cache, on all processors: NumPy lets others run
+    parts = min(-(-px.size // _BLOCK), len(px))
+    blocks = zip(np.array_split(px, parts), np.array_split(py, parts), strict=True)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return np.concatenate([*pool.map(lambda block: _octaves(*block, seed, count, gain, lacunarity), blocks)])
+
+
+def _octaves(px: Array, py: Array, seed: int, count: int, gain: float, lacunarity: float) -> Array:
+    total = np.zeros(px.shape)
     weight = weights = 1.0
     for i in range(count):
         total += weight * simplex(px, py, seed + 101 * i)
