@@ -43,8 +43,18 @@ def directions(camera: Camera, size_px: tuple[int, int]) -> Floats:
     NaN where a fisheye has none, more than 180° from the axis. Raises `InputError` for a distortion that folds the
     picture, and for a fisheye none of whose pixels has a ray.
     """
+    return _rays(camera, size_px, np.arange(float(size_px[0])), np.arange(float(size_px[1])))
+
+
+def refuse_lens(camera: Camera, size_px: tuple[int, int]) -> None:
+    """Raise `InputError` for what `directions` refuses, by as few pixels as that takes, to the picture's edges."""
+    columns, rows = (np.unique(np.linspace(0, side - 1, 65).round()) for side in size_px)
+    _rays(camera, size_px, columns, rows)
+
+
+def _rays(camera: Camera, size_px: tuple[int, int], columns: Floats, rows: Floats) -> Floats:
     lens = intrinsics(camera, size_px)
-    x, y = np.meshgrid((np.arange(size_px[0]) - lens.cx) / lens.fx, (np.arange(size_px[1]) - lens.cy) / lens.fy)
+    x, y = np.meshgrid((columns - lens.cx) / lens.fx, (rows - lens.cy) / lens.fy)
     if camera.projection == "fisheye":
         angle = np.hypot(x, y)
         with np.errstate(invalid="ignore"):

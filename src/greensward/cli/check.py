@@ -24,7 +24,7 @@ def check(
 ) -> None:
     """Report every error in a scene and its files, and warn of what is probably not meant."""
     from greensward.ground import HeightField
-    from greensward.lens import directions
+    from greensward.lens import refuse_lens
     from greensward.scene.colour import GroundColour
     from greensward.scene.errors import InputError, SceneError
     from greensward.scene.load import load, named_files
@@ -45,7 +45,7 @@ def check(
                 if loaded.water:
                     loaded.water.refuse_below(float(position[1]))
                 if not loaded.camera.is_straight:
-                    directions(loaded.camera, loaded.camera.calibrated_px or (1280, 720))
+                    refuse_lens(loaded.camera, loaded.camera.calibrated_px or (1280, 720))
         except InputError as error:
             if not as_json:
                 raise

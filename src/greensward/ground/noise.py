@@ -60,9 +60,13 @@ def octaves(x: npt.ArrayLike, y: npt.ArrayLike, seed: int, count: int, gain: flo
         return _octaves(px, py, seed, count, gain, lacunarity)
     # rows that fit into a processor's cache, on all processors: NumPy lets others run
     parts = min(-(-px.size // _BLOCK), len(px))
-    blocks = zip(np.array_split(px, parts), np.array_split(py, parts), strict=True)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return np.concatenate([*pool.map(lambda block: _octaves(*block, seed, count, gain, lacunarity), blocks)])
+        done = pool.map(
+            lambda px, py: _octaves(px, py, seed, count, gain, lacunarity),
+            np.array_split(px, parts),
+            np.array_split(py, parts),
+        )
+        return np.concatenate([*done])
 
 
 def _octaves(px: Array, py: Array, seed: int, count: int, gain: float, lacunarity: float) -> Array:

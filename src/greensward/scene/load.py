@@ -58,8 +58,8 @@ def load(
         (key for key, value in table.items() if isinstance(value, list) and len(value) > _MOST_ITEMS), None
     ):
         # to check each would take minutes
-        found = f"must hold at most {_MOST_ITEMS:,} tables (got {len(table[crowded]):,})"
-        raise SceneError([f"{label}: {place_of((crowded,))}: {found}"])
+        rule = f"must hold at most {_MOST_ITEMS:,} tables (got {len(table[crowded]):,})"
+        raise SceneError([f"{label}: {place_of((crowded,))}: {rule}"])
     changes = _Changes(table, label)
     if seed is not None:
         changes.set(("seed",), seed, "--seed")
