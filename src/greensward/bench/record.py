@@ -3,9 +3,9 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from greensward.bench.suite import FORMAT
 from greensward.scene import GreenswardError, InputError, SceneError
@@ -37,6 +37,14 @@ class _Row(BaseModel):
     cpu_pass_ms: dict[str, _Figure] | None = None
     published: str = ""
     scene_hash: str | None = None
+    flip: float | None = None
+    samples: int | None = None
+
+    @model_validator(mode="after")
+    def _has_samples(self) -> Self:
+        if self.flip is not None and self.samples is None:
+            raise ValueError("must have samples beside flip")
+        return self
 
 
 class _Skipped(BaseModel):

@@ -66,7 +66,7 @@ def times(rows: Iterable[dict[str, Any]]) -> Table:
     table = Table([*head, *more])
     for row in rows:
         began = [number(row.get("first_frame_s"))] if first else []
-        extra = ["–" if row["flip"] is None else f"{row['flip']:.4f}"] if compared else []
+        extra = ["–" if row.get("flip") is None else f"{row['flip']:.4f}"] if compared else []
         source = [row.get("published", "")] if published else []
         table.add(
             row["case"],
