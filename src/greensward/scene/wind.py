@@ -76,7 +76,7 @@ class Helicopter(Model):
     """Height above the ground that it flies at."""
     period_s: Time = 12.0
     """Time for one round."""
-    rotor_m: Length = 3.0
+    rotor_m: Annotated[Number, Field(ge=0.2, le=10_000)] = 3.0
     """Diameter of the rotor."""
     power_mps: Speed = 16.0
     """Speed of the air at its strongest, near the ground below the rim of the rotor."""
