@@ -66,9 +66,8 @@ class _Lines:
         """Corners of faces as they are written: vertex, and texture coordinate and normal where they have one."""
         self.sizes, self.materials, self.before = array("q"), array("q"), array("q")
         """Corners and material of each face, and how many vertices, coordinates and normals came before it."""
-        self.names: list[str] = []
-        """Names of the materials that faces use."""
         self.libraries: list[str] = []
+        numbers: dict[str, int] = {}
         current = -1
         for line in _text(data).replace("\\\n", " ").split("\n"):
             key, _, rest = line.strip().replace("\t", " ").partition(" ")
@@ -82,13 +81,13 @@ class _Lines:
                 self.before.extend(map(len, self.rows.values()))
             elif key == "usemtl":
                 name = rest.strip()
-                if name not in self.names:
-                    self.names.append(name)
-                current = self.names.index(name)
+                current = numbers.setdefault(name, len(numbers))
             elif key == "mtllib":
                 self.libraries.append(rest.strip())
             elif key in _FREE_FORM:
                 raise InputError(f"{path}: holds {key}, a free-form curve or surface, which is not read; save faces")
+        self.names = list(numbers)
+        """Names of the materials that faces use."""
 
 
 def _corners(path: Path, lines: _Lines) -> Indices:
