@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Give the program damaged and hostile input at random, and say where it neither takes nor refuses it as it should.
 
-    PYTHONPATH=src .venv/bin/python scripts/fuzz.py --scenes 500 --files 1000 --commands 200 --kills 50 -o fuzz.json
+    PYTHONPATH=src .venv/bin/python scripts/fuzz.py --scenes 10000 --files 10000 --kills 500 -j 2 -o fuzz.json
     PYTHONPATH=src .venv/bin/python scripts/fuzz.py --only files:17 --seed 3
 
 Scenes are mutated by what the models allow, and as text; each must be accepted, and then drawn, or refused in
 sentences. Files of every kind that is read have their bytes mutated. Commands get options at random. Runs of the
 command are ended by signals at random moments. A case depends on the seed, its kind and its number alone, and runs in
-a process whose time and memory are watched. Results are counts by outcome, and each finding with its input.
+a process whose time and memory are watched. Results are counts by outcome, and each finding with its input. Those of
+several runs, also on other machines, are added up by `--add`; docs/safety.md shows them.
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import random
 import re
 import sys
 import tempfile
-from collections import Counter
+import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +29,8 @@ SCRIPT = Path(__file__).resolve()
 sys.path.insert(0, str(SCRIPT.parent))
 
 from fuzzing.workers import KINDS, Worker, work  # noqa: E402
+
+_WRITTEN_EVERY_S = 10.0
 
 
 def main() -> None:
@@ -36,6 +41,8 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, metavar="N", help="number of the first case of each kind")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", metavar="KIND:N", help="run one case, print its input, and keep its folder")
+    parser.add_argument("-j", "--processes", type=int, default=1, metavar="N", help="how many cases run at a time")
+    parser.add_argument("--add", type=Path, metavar="FILE", help="results of an earlier run to add up")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="where to write the results, as JSON")
     parser.add_argument("--worker", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -47,37 +54,60 @@ def main() -> None:
         _show(options.only, options.seed)
         return
     asked = [(kind, options.first + k) for kind in KINDS for k in range(getattr(options, kind))]
-    results = _run(asked, options.seed, options.output)
+    random.Random(options.seed).shuffle(asked)
+    results = _run(asked, options)
     for kind, counts in results["counts"].items():
         print(f"{kind}: {', '.join(f'{count} {outcome}' for outcome, count in sorted(counts.items()))}")
     sys.exit(1 if results["findings"] else 0)
 
 
-def _run(asked: list[tuple[str, int]], seed: int, output: Path | None) -> dict[str, Any]:
-    """The results of these cases, which are also written after each finding."""
-    counts: dict[str, Counter[str]] = {}
-    findings: list[dict[str, Any]] = []
-    results = {"seed": seed, "counts": counts, "slowest": {}, "findings": findings}
-    slowest: dict[str, Any] = {}
-    with Worker(SCRIPT) as worker:
-        for kind, number in asked:
-            case = worker.run(kind, number, seed)
-            counts.setdefault(kind, Counter())[case["outcome"]] += 1
-            if case["seconds"] > slowest.get(kind, {"seconds": 0.0})["seconds"]:
-                slowest[kind] = {"case": f"{kind}:{number}", "seconds": case["seconds"]}
-            if case["outcome"] == "finding":
-                findings.append({"case": f"{kind}:{number}", "seen": case["seen"], "input": case["input"]})
-                print(f"{kind}:{number}: {case['seen']}", flush=True)
-                print(f"    {' | '.join(case['input'])}"[:2000].replace("\n", "\n    "), flush=True)
-                print(f"    again: {_again(kind, number, seed)}", flush=True)
-            results["slowest"] = slowest
-            if output and (case["outcome"] == "finding" or (kind, number) == asked[-1]):
-                output.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+def _run(asked: list[tuple[str, int]], options: argparse.Namespace) -> dict[str, Any]:
+    """The results of these cases, which are also written now and then."""
+    results: dict[str, Any] = {"counts": {}, "slowest": {}, "findings": []}
+    if options.add:
+        results = json.loads(options.add.read_bytes())
+    waiting, lock, written = iter(asked), threading.Lock(), time.perf_counter()
+
+    def work_off() -> None:
+        nonlocal written
+        with Worker(SCRIPT) as worker:
+            while True:
+                with lock:
+                    kind, number = next(waiting, (None, 0))
+                if not kind:
+                    return
+                case = worker.run(kind, number, options.seed)
+                with lock:
+                    _add(results, kind, number, options.seed, case)
+                    if options.output and time.perf_counter() - written > _WRITTEN_EVERY_S:
+                        _write(results, options.output)
+                        written = time.perf_counter()
+
+    threads = [threading.Thread(target=work_off) for _ in range(options.processes)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    if options.output:
+        _write(results, options.output)
     return results
 
 
-def _again(kind: str, number: int, seed: int) -> str:
-    return f"scripts/fuzz.py --only {kind}:{number} --seed {seed}"
+def _add(results: dict[str, Any], kind: str, number: int, seed: int, case: dict[str, Any]) -> None:
+    counts = results["counts"].setdefault(kind, {})
+    counts[case["outcome"]] = counts.get(case["outcome"], 0) + 1
+    name = f"{kind}:{number} --seed {seed}"
+    if case["seconds"] > results["slowest"].get(kind, {"seconds": 0.0})["seconds"]:
+        results["slowest"][kind] = {"case": name, "seconds": case["seconds"]}
+    if case["outcome"] == "finding":
+        results["findings"].append({"case": name, "seen": case["seen"], "input": case["input"]})
+        print(f"{kind}:{number}: {case['seen']}", flush=True)
+        print(f"    {' | '.join(case['input'])}"[:2000].replace("\n", "\n    "), flush=True)
+        print(f"    again: scripts/fuzz.py --only {name}", flush=True)
+
+
+def _write(results: dict[str, Any], output: Path) -> None:
+    output.write_text(json.dumps(results, indent=1, sort_keys=True) + "\n", encoding="utf-8")
 
 
 def _show(only: str, seed: int) -> None:

@@ -288,6 +288,7 @@ def _cheap(table: dict[str, Any]) -> dict[str, Any]:
     )
     technique = table.get("technique", {})
     technique.update({key: min(value, 64) for key, value in technique.items() if key == "texture_px"})
+    technique.update({key: min(value, 8) for key, value in technique.items() if key == "layers"})
     for thing in table.get("object", []):
         if "density_per_m2" in thing.get("grass", {}):
             thing["grass"]["density_per_m2"] = min(thing["grass"]["density_per_m2"], 20)

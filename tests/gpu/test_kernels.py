@@ -254,10 +254,38 @@ def test_full(device, value, word):
 
 def test_upload_writes_from_the_beginning_on(device):
     buffer = device.ctx.buffer(reserve=64)
-    upload(buffer, np.arange(16, dtype="f4"))
-    upload(buffer, np.arange(8, dtype="f4")[::-1][::2])
+    upload(device, buffer, np.arange(16, dtype="f4"))
+    upload(device, buffer, np.arange(8, dtype="f4")[::-1][::2])
     assert _floats(buffer)[:4].tolist() == [7, 5, 3, 1]
     buffer.release()
+
+
+def test_upload_leaves_to_earlier_calls_what_they_read(device):
+    slow = """
+        layout(local_size_x = 64) in;
+        uniform uint row;
+        layout(std430) readonly buffer Given { uint given[]; };
+        layout(std430) buffer Result { uint result[]; };
+        void main() {
+            uint i = gl_GlobalInvocationID.x, sum = 0u;
+            for (uint k = 0u; k < 2000u; ++k) sum = sum * 747796405u + given[(i + k) % uint(given.length())];
+            result[row * 4096u + i] = sum;
+        }
+    """
+    rows = np.arange(8, dtype=np.uint32)[:, None] * 7 + np.arange(64, dtype=np.uint32)
+    given, result = device.ctx.buffer(reserve=rows[0].nbytes), device.ctx.buffer(reserve=8 * 4096 * 4)
+    kernel = Kernel(device, "slow.comp", generated={"slow.comp": slow})
+    seen = []
+    for wait in (device.ctx.finish, lambda: None):
+        for row, values in enumerate(rows):
+            wait()
+            upload(device, given, values)
+            kernel.run_over(4096, row=row, Given=given, Result=result)
+        device.ctx.memory_barrier()
+        seen.append(result.read())
+    assert seen[0] == seen[1]
+    for each in (given, result, kernel):
+        each.release()
 
 
 @pytest.mark.parametrize("item_bytes", [4, 20, 64])

@@ -77,7 +77,7 @@ class ChunkTable:
         runs["first"], runs["count"], runs["chunk_size"] = np.concatenate(starts)[some], length[some], size[some]
         self._runs = at_least(self._device, self._runs, runs.nbytes)
         self.buffer = at_least(self._device, self.buffer, self.count * _CHUNK.dtype.itemsize)
-        upload(self._runs, runs)
+        upload(self._device, self._runs, runs)
         self._kernel.run_over(
             self.count, Runs=self._runs, Chunks=self.buffer, run_count=len(runs), chunk_count=self.count
         )

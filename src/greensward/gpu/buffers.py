@@ -56,13 +56,16 @@ def clear(device: Device, buffer: moderngl.Buffer, nbytes: int, value: int | np.
     fill(_ARRAY_BUFFER, _R32UI, 0, nbytes, _RED_INTEGER, _UNSIGNED_INT, ctypes.byref(unsigned(int(word))))
 
 
-def upload(buffer: moderngl.Buffer, data: npt.NDArray[Any]) -> None:
-    """Write from the buffer's beginning on, into new storage; what it held is lost.
+def upload(device: Device, buffer: moderngl.Buffer, data: npt.NDArray[Any]) -> None:
+    """Write from the buffer's beginning on, after what was called before and before what is called next.
 
-    NVIDIA's driver may overwrite the old storage before compute shaders called earlier have read it.
+    The device copies from new memory. NVIDIA's driver lets `Buffer.write` overwrite what shaders called earlier still
+    have to read from a storage buffer, also after `Buffer.orphan`.
     """
-    buffer.orphan()
-    buffer.write(np.ascontiguousarray(data))
+    if data.size:
+        written = device.ctx.buffer(np.ascontiguousarray(data))
+        device.ctx.copy_buffer(buffer, written, size=written.size)
+        written.release()
 
 
 def read_back(device: Device, buffer: moderngl.Buffer, nbytes: int | None = None, offset: int = 0) -> bytes:

@@ -37,9 +37,9 @@ IMAGES_WRITTEN = (
     | moderngl.TEXTURE_UPDATE_BARRIER_BIT
 )
 """Barrier after a compute shader wrote images that anything may read."""
-STORAGE_WRITTEN = moderngl.SHADER_STORAGE_BARRIER_BIT
-"""Barrier after a compute shader wrote buffers that shaders read."""
-COMMANDS_WRITTEN = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT
+STORAGE_WRITTEN = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
+"""Barrier after a shader wrote buffers that shaders read or that are filled anew."""
+COMMANDS_WRITTEN = STORAGE_WRITTEN | moderngl.COMMAND_BARRIER_BIT
 """Barrier after a compute shader wrote arguments of indirect draws and dispatches."""
 
 _DRAW_FRAMEBUFFER_BINDING, _VIEWPORT, _DEPTH_RANGE = 0x8CA6, 0x0BA2, 0x0B70

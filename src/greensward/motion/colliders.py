@@ -79,7 +79,7 @@ class Colliders:
         scripts: Mapping[str, Script],
         resolve: _Resolve,
     ) -> None:
-        ctx = self._ctx = device.ctx
+        self._device, ctx = device, device.ctx
         hard = [each for each in objects if each.collides]
         self._placing = Placing(
             hard, heights, {each.name: scripts[each.name] for each in hard if each.name in scripts}
@@ -146,8 +146,8 @@ class Colliders:
             instants=len(placed),
             margin_m=margin_m,
         )
-        upload(self._buffers["Places"], placed[..., :3, :].astype(np.float32))
-        upload(self._lists["Heads"], grid.heads)
+        upload(self._device, self._buffers["Places"], placed[..., :3, :].astype(np.float32))
+        upload(self._device, self._lists["Heads"], grid.heads)
         for buffer, nbytes in (
             (self._lists["Near"], grid.near.nbytes),
             (self._buffers["Cells"], (len(grid.heads) + int(grid.heads["entry"][-1])) * _ENTRY.dtype.itemsize),
@@ -155,10 +155,10 @@ class Colliders:
             if buffer.size < nbytes:
                 # with some room to grow
                 buffer.orphan(-(-nbytes * 5 // 4 // _ENTRY.dtype.itemsize) * _ENTRY.dtype.itemsize)
-        upload(self._lists["Near"], grid.near)
+        upload(self._device, self._lists["Near"], grid.near)
         for kernel, count in ((self._reach, len(self._solids)), (self._list, grid.side**2)):
             kernel.run_over(count)
-            self._ctx.memory_barrier(STORAGE_WRITTEN)
+            self._device.ctx.memory_barrier(STORAGE_WRITTEN)
         # blades are pressed twice in a step
         self.most_steps = max(_MOST_ROUNDS // (2 * max(int(np.diff(grid.heads["entry"]).max()), 1)), 1)
 

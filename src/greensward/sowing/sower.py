@@ -100,8 +100,8 @@ class Sower:
         nbytes = max(int(words.sum()), 1) * _MARK.dtype.itemsize
         for name, needed in (("Tiles", tiles.nbytes), ("Counts", counts.nbytes), ("Marks", nbytes)):
             self._buffers[name] = at_least(self._device, self._buffers[name], needed)
-        upload(self._buffers["Tiles"], tiles)
-        upload(self._buffers["Counts"], counts)
+        upload(self._device, self._buffers["Tiles"], tiles)
+        upload(self._device, self._buffers["Counts"], counts)
         clear(self._device, self._buffers["Marks"], nbytes)
         self._run(self._marker, range(len(tiles)), values)
         self._prefix_sum.run_over(len(tiles), tile_count=len(tiles), **self._buffers)
@@ -117,7 +117,7 @@ class Sower:
 
     def place(self, counts: Table, pages: Sequence[Page], values: Mapping[str, Any] = {}) -> None:
         """Write the blades of the tiles that were counted last to where the counts say that they start."""
-        upload(self._buffers["Counts"], counts)
+        upload(self._device, self._buffers["Counts"], counts)
         for number in np.unique(counts["page"][counts["page"] != NOWHERE]).tolist():
             page, here = pages[number], np.flatnonzero(counts["page"] == number)
             target: dict[str, Any] = {"Blades": page.sown or page.blades, "Heads": page.heads, "page": number}

@@ -66,7 +66,7 @@ class Solids:
     """Draws the scene's `[[object]]` tables, and the helicopters of its winds."""
 
     def __init__(self, device: Device, world: World) -> None:
-        self._world = world
+        self._device, self._world = device, world
         objects = world.objects
         alike: dict[Hashable, list[int]] = {}
         for i, each in enumerate(objects):
@@ -136,9 +136,9 @@ class Solids:
             self._drawn_at = places
             rows = np.zeros(len(self._first), _WHERE.dtype)
             rows["now"], rows["before"] = (each[:, :3] for each in places)
-            upload(self._buffers["Wheres"], rows)
+            upload(self._device, self._buffers["Wheres"], rows)
         seen, level = self._seen(view)
-        upload(self._buffers["Seen"], seen.astype(np.uint32))
+        upload(self._device, self._buffers["Seen"], seen.astype(np.uint32))
         counts = np.bincount(level, minlength=len(self._levels))
         for number in np.flatnonzero(counts):
             shape = self._levels[number]

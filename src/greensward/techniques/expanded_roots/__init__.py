@@ -11,10 +11,10 @@ import numpy.typing as npt
 from pydantic import BaseModel
 
 from greensward.culling import DRAW_COMMAND, DrawList, distance_to, test_defines
-from greensward.gpu.buffers import at_least, read_back, release_all, upload
+from greensward.gpu.buffers import at_least, clear, read_back, release_all, upload, zeros
 from greensward.gpu.device import Device
 from greensward.gpu.kernels import Draw, Mesh
-from greensward.gpu.layouts import BlockBuffer
+from greensward.gpu.layouts import WORD, BlockBuffer
 from greensward.gpu.view import View
 from greensward.scene import InputError, Scene
 from greensward.sowing import Page, sward_defines
@@ -29,7 +29,7 @@ _FOLDER = "techniques/expanded_roots"
 _STAGES = [f"{_FOLDER}/blade.{stage}" for stage in ("vert", "geom", "frag")]
 # the fields of `Blade` in order
 _ROOT = "4u4 4u4 4u4 4u4", "place", "control", "tip", "habit"
-_NONE_DRAWN = np.zeros(1024, np.uint32)
+_DRAWN_PARTS = 1024
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class ExpandedRoots:
         world.bindings["Leaf"] = self._leaf
         textures = settings.storage == "texture-array"
         self._textures = RootTextures(device, world, settings.extra_blades > 0) if textures else None
-        self._drawn = device.ctx.buffer(_NONE_DRAWN)
+        self._drawn = zeros(device, _DRAWN_PARTS * WORD)
         self._commands = device.ctx.buffer(reserve=DRAW_COMMAND.dtype.itemsize)
         self._pages: list[Page] = []
         self._draws: dict[str, Draw] = {}
@@ -168,12 +168,12 @@ class ExpandedRoots:
         if at:
             itemsize = DRAW_COMMAND.dtype.itemsize
             self._commands = at_least(self._device, self._commands, at * itemsize, itemsize)
-            upload(self._commands, np.concatenate(rows))
+            upload(self._device, self._commands, np.concatenate(rows))
 
     def draw(self, view: View) -> None:
         """Draw the roots of every tile that the view shows."""
         if view.purpose == "picture":
-            upload(self._drawn, _NONE_DRAWN)
+            clear(self._device, self._drawn, self._drawn.size)
         textures = self._textures
         for part in self._parts.get(view, ()):
             if not part.count:

@@ -116,7 +116,7 @@ class RootTextures:
             return False
         runs, total = _runs_of(new, anchor_ws), int(new.up_to[:, 7].sum())
         self._runs = at_least(self._device, self._runs, runs.nbytes)
-        upload(self._runs, runs)
+        upload(self._device, self._runs, runs)
         groups = grid(-(-total // self._fill.group[0]))
         roots = {"Blades": page.blades, "Runs": self._runs, "run_count": len(runs), "root_count": total}
         if self._find:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from pydantic import BaseModel
 
 from greensward.culling import CHUNK, BladeCulling, DrawList, distance_defines
-from greensward.gpu.buffers import BufferRange, at_least, read_back, release_all, upload
+from greensward.gpu.buffers import BufferRange, at_least, clear, read_back, release_all, zeros
 from greensward.gpu.device import STORAGE_WRITTEN, Device
 from greensward.gpu.kernels import Bindings, Draw, Kernel
 from greensward.gpu.layouts import WORD, BlockBuffer
@@ -29,7 +29,6 @@ from greensward.world import FrameTime, World
 
 _FOLDER = "techniques/tessellated_quads"
 _DRAWN_PARTS = 1024
-_NONE_DRAWN = np.zeros(_DRAWN_PARTS, np.uint32)
 _STAGES = [f"{_FOLDER}/blade.{stage}" for stage in ("vert", "tesc", "tese", "frag")]
 
 
@@ -56,7 +55,7 @@ class TessellatedQuads:
         self._pictures = picture_array(device.ctx, scene)
         bindings = world.bindings
         bindings |= {"Leaf": self._block, "blade_images": self._pictures, **self._grid.bindings}
-        self._drawn = device.ctx.buffer(_NONE_DRAWN)
+        self._drawn = zeros(device, _DRAWN_PARTS * WORD)
         self._stored = self._draws_of(bindings, {}) if not self._instances or _bears_grass(scene) else {}
         self._instanced = (
             self._draws_of(bindings, {"INSTANCED": 1, **motion_defines(scene)}) if self._instances else {}
@@ -158,7 +157,7 @@ class TessellatedQuads:
         """Draw every blade that the view shows."""
         self._device.ctx.patch_vertices = 1
         if view.purpose == "picture":
-            upload(self._drawn, _NONE_DRAWN)
+            clear(self._device, self._drawn, self._drawn.size)
         place = self._grid.counted_from(view.anchor_ws)
         self._draw_stored(view, place)
         if self._instances:

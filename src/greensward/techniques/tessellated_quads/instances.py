@@ -114,7 +114,7 @@ class Instances:
         if places:
             self._places = at_least(self._device, self._places, _PLACE.itemsize * at)
             self._listed = np.concatenate(places).astype(np.int32)
-            upload(self._places, self._listed)
+            upload(self._device, self._places, self._listed)
 
     @property
     def first_number(self) -> int:

@@ -18,7 +18,7 @@ from greensward.culling import (
     test_defines,
     width_from,
 )
-from greensward.gpu.buffers import at_least, read_back, release_all, zeros
+from greensward.gpu.buffers import at_least, read_back, release_all, upload, zeros
 from greensward.gpu.device import COMMANDS_WRITTEN, IMAGES_WRITTEN, STORAGE_WRITTEN, Device, Stage
 from greensward.gpu.kernels import Bindings, Draw, Kernel
 from greensward.gpu.layouts import WORD, BlockBuffer, struct
@@ -289,7 +289,7 @@ class VisibilityBuffer:
             return
         find = kernels.find_squares
         assert find
-        self._squares.write(_NO_SQUARES)
+        upload(self._device, self._squares, _NO_SQUARES)
         columns, rows = (-(-edge // _SQUARE) for edge in view.size_px)
         find.run_over((columns, rows), **ids)
         self._device.ctx.memory_barrier(COMMANDS_WRITTEN)
