@@ -39,6 +39,7 @@ from greensward.passes.temporal import Moment, Temporal
 from greensward.passes.water import WaterPass
 from greensward.queries import Blade, Hit, Light, blade_with, hit_in, points_on_ground, probe_view, unit_ray
 from greensward.scene import Camera, GreenswardError, InputError, Scene
+from greensward.scene.problems import short
 from greensward.techniques import chosen, far_level
 from greensward.truth import Truth, camera_record, read_truth
 from greensward.viewpoint import camera_view, jitter, matrices_of, place
@@ -865,4 +866,4 @@ def _refuse_damage(state: Mapping[str, Any]) -> None:
         if sound and array.dtype.kind == "f":
             sound = bool(np.isfinite(array).all())
         if not sound or (name in ("time_s", "camera") and array.shape != ()):
-            raise InputError(f"the checkpoint's {name} is damaged")
+            raise InputError(f"the checkpoint's {short(name, quoted=False)} is damaged")

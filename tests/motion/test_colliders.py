@@ -1,10 +1,14 @@
 """Lists of colliders: equal shapes are made once, and a cell lists what reaches into it, and nothing else."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from greensward.gpu.buffers import read_back
 from greensward.motion import colliders
+from greensward.objects import packing
+from greensward.scene import Box
 from small_scenes import small_scene
 
 
@@ -42,6 +46,20 @@ def test_equal_shapes_are_packed_once_whatever_their_size_and_look(renderer, mon
     assert listed.count == 60
     assert len(np.unique(listed._solids["first"])) == 3
     assert listed._buffers["Balls"].size == 3 * 32
+
+
+def test_many_shapes_that_are_almost_alike_share_packings(monkeypatch):
+    packed = []
+    monkeypatch.setattr(colliders, "packed", lambda mesh: packed.append(mesh) or real(mesh))
+    real, random = packing.packed, np.random.default_rng(3)
+    boxes = [Box(position_m=(0.0, 0.0, 0.0), size_m=size) for size in random.uniform(0.7, 1.4, (100, 3)).tolist()]
+    balls, solids = colliders._shared_balls(boxes, Path)
+    assert len(packed) < 60
+    for box, solid in zip(boxes, solids, strict=True):
+        mine = balls[solid["first"] : solid["first"] + solid["count"]]
+        low, high = (mine[:, :3] - mine[:, 6:]).min(axis=0), (mine[:, :3] + mine[:, 6:]).max(axis=0)
+        x, y, z = box.size_m
+        np.testing.assert_allclose([low, high], [(-x / 2, 0.0, -z / 2), (x / 2, y, z / 2)], atol=0.06)
 
 
 def test_a_cell_lists_what_reaches_into_it_and_nothing_else(renderer):

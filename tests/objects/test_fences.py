@@ -66,7 +66,7 @@ def test_posts_clear_their_feet_and_rails_do_not():
         ({"path": [[1, 1], [1, 1]]}, "Fence: path must lead from one point to another"),
         ({"path": [[0, 0], [9000, 0]]}, "Fence: a path of 9000 m has more than 2,000 posts with spacing_m 2"),
         ({"spacing_m": 0}, "Fence: spacing_m: must be at least 0.05 (got 0)"),
-        ({"post_m": [0.1, 0.0, 0.1]}, "Fence: post_m[1]: must be at least 0.001 (got 0.0)"),
+        ({"post_m": [0.1, 0.0, 0.1]}, "Fence: post_m[1]: must be at least 0.002 (got 0.0)"),
     ],
 )
 def test_a_fence_that_cannot_stand_is_refused(changed, expected):

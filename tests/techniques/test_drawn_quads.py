@@ -462,7 +462,7 @@ def test_a_patch_belongs_to_the_area_that_holds_its_centre():
         {"from_m": [1.1, -0.9], "to_m": [5.1, 1.1]},
     ]
     settings = SETTINGS["tessellated-quads"].model_validate({"patch_m": 2.0, "patch": areas})
-    cells, first = patch_cells(settings, 100)
+    cells, first = patch_cells(settings)
     np.testing.assert_array_equal(first, [-2, -1])
     np.testing.assert_array_equal(cells, [[1, 1, 1, 0, 0], [1, 1, 1, 2, 2]])
 

@@ -141,7 +141,8 @@ def decoding(path: object, what: str) -> Iterator[None]:
         raise GreenswardError(f"{path}: needs more memory than there is") from None
     except Exception as error:
         # others tell of the decoder, not of the file
-        told = f" ({short(str(error), False)})" if isinstance(error, OSError | ValueError) and str(error) else ""
+        words = error.strerror or str(error) if isinstance(error, OSError) else str(error)
+        told = f" ({short(words, False)})" if words and isinstance(error, OSError | ValueError) else ""
         raise InputError(f"{path}: is cut short, damaged or not {what}{told}") from None
 
 

@@ -1,6 +1,6 @@
 """Objects that press blades down, as spheres and capsules listed by cells of a grid on the GPU."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -16,7 +16,7 @@ from greensward.ground import HeightField
 from greensward.objects.meshes import Shape, mesh_of, unit_shape
 from greensward.objects.packing import packed
 from greensward.objects.placing import Placing, Script
-from greensward.scene import Capsule, Sphere
+from greensward.scene import Box, Capsule, Cylinder, Sphere
 from greensward.scene.objects import Object
 
 COLLIDERS_BLOCK = block(
@@ -44,6 +44,9 @@ _SIDE = 128
 _MOST_ENTRIES = 1 << 22
 """Balls in all cells for which there is room; where there are more, cells are larger."""
 MOST_INSTANTS = 16
+_MOST_PACKED = 64
+_ALIKE = 0.2
+"""Shapes that are packed one by one, at some 0.05 s each; of more, step of proportions that share a packing."""
 _MOST_ROUNDS = 60_000
 """Rounds of loops in an invocation: llvmpipe ends all loops after 65,535 together."""
 _SLACK_M = 0.01
@@ -169,21 +172,39 @@ class Colliders:
 
 def _shared_balls(hard: Sequence[Object], resolve: _Resolve) -> tuple[Floats, npt.NDArray[np.void]]:
     """Balls of all shapes, (n, 7), and which of them each object has: those of its shape and size."""
-    packings: dict[Shape, Floats] = {}
+    packings = _packings({unit_shape(each)[0] for each in hard}, resolve)
     solids = np.zeros(len(hard), _SOLID.dtype)
     first: dict[tuple[Shape, float], tuple[int, int]] = {}
     parts, count = [np.zeros((0, 7))], 0
     for row, each in zip(solids, hard, strict=True):
         key = shape, size = unit_shape(each)
         if key not in first:
-            if shape not in packings:
-                packings[shape] = balls_of(shape, resolve)
             parts.append(packings[shape] * size)
             first[key] = count, len(parts[-1])
             count += len(parts[-1])
         row["first"], row["count"] = first[key]
     solids["reach"] = np.cumsum(solids["count"]) - solids["count"]
     return np.concatenate(parts), solids
+
+
+def _packings(shapes: Collection[Shape], resolve: _Resolve) -> dict[Shape, Floats]:
+    """Balls of each shape; where shapes are many, those that are almost alike share a packing, stretched to each."""
+    parts = _ALIKE if len(shapes) > _MOST_PACKED else 0.0
+    made: dict[Shape, Floats] = {}
+    packings: dict[Shape, Floats] = {}
+    for shape in shapes:
+        alike, stretch = shape, np.ones(3)
+        if parts and isinstance(shape, Box | Sphere | Cylinder):
+            size = np.array(shape.size_m)
+            rounded = np.exp(parts * np.round(np.log(size) / parts))
+            alike, stretch = (
+                type(shape).model_construct(**dict(shape) | {"size_m": tuple(rounded.tolist())}),
+                size / rounded,
+            )
+        if alike not in made:
+            made[alike] = balls_of(alike, resolve)
+        packings[shape] = made[alike] * [*stretch, *stretch, np.cbrt(stretch.prod())]
+    return packings
 
 
 def _bounds(balls: Floats, solids: npt.NDArray[np.void]) -> tuple[Floats, Floats]:

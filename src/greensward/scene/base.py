@@ -219,9 +219,9 @@ def _told(error: ValidationError, model: type[BaseModel]) -> SceneError:
 class Area(Model):
     """A part of the ground."""
 
-    from_m: Pair[Number]
+    from_m: GroundPoint
     """Its north-west corner: x and z."""
-    to_m: Pair[Number]
+    to_m: GroundPoint
     """Its south-east corner."""
 
     @model_validator(mode="after")

@@ -10,7 +10,7 @@ from greensward.scene.base import Colour, Flag, GroundPoints, Many, Model, Numbe
 
 MOST_FENCES = 100
 _MOST_POSTS = 2000
-_Length = Annotated[Number, Field(ge=0.001, le=100)]
+_Length = Annotated[Number, Field(ge=0.002, le=100)]
 
 
 class Fence(Model):

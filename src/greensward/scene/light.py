@@ -54,6 +54,7 @@ class Phong(Model):
 
 
 _Focal = Annotated[Number, Field(ge=0.1, le=1e7)]
+_Pixels = Annotated[Count, Field(ge=1, le=1_000_000)]
 _Principal = Annotated[Number, Field(ge=-1e6, le=1e6)]
 _WIDEST_PINHOLE_DEG = 170.0
 INTRINSICS = "fx_px", "fy_px", "cx_px", "cy_px", "calibrated_px"
@@ -87,7 +88,7 @@ class Camera(Model):
     """Principal point, from the centre of the leftmost pixels to the right. Left out, it is the middle."""
     cy_px: _Principal | None = None
     """Principal point, from the centre of the topmost pixels down. Left out, it is the middle."""
-    calibrated_px: OptionalPair[Count] = default(None)
+    calibrated_px: OptionalPair[_Pixels] = default(None)
     """Width and height of the pictures that these four were measured in; in a larger picture of the same shape they
     grow with it. Left out, they are of the picture that is drawn."""
     distortion: Annotated[Many[Number], Field(max_length=5)] = default(())
@@ -116,8 +117,6 @@ class Camera(Model):
             raise ValueError(f"{min(others)} needs fx_px")
         if any(self.distortion) and self.projection != "perspective":
             raise ValueError(f'distortion is for projection = "perspective" (got "{self.projection}")')
-        if self.calibrated_px is not None and min(self.calibrated_px) < 1:
-            raise ValueError(f"calibrated_px must be at least 1 each way (got {list(self.calibrated_px)})")
         return self
 
     @property

@@ -22,7 +22,7 @@ from greensward.sowing.identity import Ids
 from greensward.techniques.blades.leaf import LEAF_BLOCK
 from greensward.techniques.technique import Needs
 from greensward.techniques.tessellated_quads.instances import FADING, Instances
-from greensward.techniques.tessellated_quads.patches import PatchGrid
+from greensward.techniques.tessellated_quads.patches import PatchGrid, areas_in_patches
 from greensward.techniques.tessellated_quads.pictures import coloured, picture_array, slender
 from greensward.techniques.tessellated_quads.settings import QuadSettings
 from greensward.world import FrameTime, World
@@ -70,7 +70,8 @@ class TessellatedQuads:
 
     @staticmethod
     def check(scene: Scene, settings: QuadSettings) -> None:
-        """Refuse blades of other heights than those that grow."""
+        """Refuse a grid of too many patches, and blades of other heights than those that grow."""
+        areas_in_patches(settings)
         if not scene.growth:
             return
         if settings.mode == "instanced":

@@ -12,7 +12,8 @@ from greensward.gpu.kernels import Bindings
 from greensward.scene import InputError
 from greensward.techniques.tessellated_quads.settings import QuadSettings
 
-_MOST_TABLES = 65_535
+_MOST = 16_384
+"""Tables, and patches on a side: texels on the side of a texture that every device has with OpenGL 4.5."""
 _OWN = -1.0
 """Least and greatest width or height where the species says it."""
 
@@ -21,7 +22,7 @@ class PatchGrid:
     """Numbers of the rows of parameters of the grid's patches; row 0 is of those that no table is for."""
 
     def __init__(self, device: Device, settings: QuadSettings) -> None:
-        rows, (cells, self._first) = patch_rows(settings), patch_cells(settings, device.limits.texture_px)
+        rows, (cells, self._first) = patch_rows(settings), patch_cells(settings)
         self._patch_m = settings.patch_m
         self._numbers = device.ctx.texture(cells.shape[::-1], 1, cells.tobytes(), dtype="u2", alignment=2)
         self._rows = device.ctx.texture((2, len(rows)), 4, rows.tobytes(), dtype="f4")
@@ -52,28 +53,32 @@ def patch_rows(settings: QuadSettings) -> npt.NDArray[np.float32]:
     return rows
 
 
-def patch_cells(settings: QuadSettings, most: int) -> tuple[npt.NDArray[np.uint16], npt.NDArray[np.int32]]:
-    """Row of each patch from the first one of any table on, (rows, columns), and that patch's column and row, (2,).
-
-    Raises `InputError` for tables that reach over more than `most` patches on a side.
-    """
+def patch_cells(settings: QuadSettings) -> tuple[npt.NDArray[np.uint16], npt.NDArray[np.int32]]:
+    """Row of each patch from the first of any table on, (rows, columns), and that patch's column and row, (2,)."""
     if not settings.patch:
         return np.zeros((1, 1), np.uint16), np.zeros(2, np.int32)
-    if len(settings.patch) > min(most, _MOST_TABLES):
-        raise InputError(
-            f"technique.patch: must be at most {min(most, _MOST_TABLES):,} tables (got {len(settings.patch):,})"
-        )
-    # the patches whose centres lie between both corners
-    areas = np.array([(each.from_m, each.to_m) for each in settings.patch])
-    low, high = np.moveaxis(np.ceil(areas / settings.patch_m - 0.5).astype(np.int64), 1, 0)
+    low, high = areas_in_patches(settings)
     first = low.min(axis=0)
     columns, rows = np.maximum(high.max(axis=0) - first, 1)
-    if max(columns, rows) > most:
-        raise InputError(
-            f"technique.patch: must reach over at most {most:,} patches on a side (got {max(columns, rows):,}); "
-            "raise technique.patch_m"
-        )
     cells = np.zeros((rows, columns), np.uint16)
     for number, ((x0, z0), (x1, z1)) in enumerate(zip(low - first, high - first, strict=True), start=1):
         cells[z0:z1, x0:x1] = number
     return cells, first.astype(np.int32)
+
+
+def areas_in_patches(settings: QuadSettings) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Column and row of the first patch in the area of each table, and of the first past it: (tables, 2) each.
+
+    Raises `InputError` for too many tables, and for areas that reach over too many patches.
+    """
+    if len(settings.patch) > _MOST:
+        raise InputError(f"technique.patch: must be at most {_MOST:,} tables (got {len(settings.patch):,})")
+    # the patches whose centres lie between both corners
+    areas = np.array([(each.from_m, each.to_m) for each in settings.patch]).reshape(-1, 2, 2)
+    low, high = np.moveaxis(np.ceil(areas / settings.patch_m - 0.5).astype(np.int64), 1, 0)
+    if len(areas) and (across := int((high.max(axis=0) - low.min(axis=0)).max())) > _MOST:
+        raise InputError(
+            f"technique.patch: must reach over at most {_MOST:,} patches on a side (got {across:,}); "
+            "raise technique.patch_m"
+        )
+    return low, high
