@@ -286,6 +286,18 @@ def test_a_lens_shows_what_lies_along_its_rays(renderer, camera):
     assert np.quantile(off, 0.95) < 0.02
 
 
+def test_sky_is_endlessly_far_at_right_angles_to_the_axis(renderer):
+    camera = Camera(
+        position_m=(0.0, 1.0, 0.0), target_m=(0.0, 5.0, -1.0), fx_px=0.1, cx_px=-800_000.0, distortion=(-84.0, -76.0)
+    )
+    frame = renderer(small_scene(camera=camera.model_dump(exclude_defaults=True)), size=(48, 27)).render(
+        aovs=("depth", "class")
+    )
+    sky = frame.truth["class"] == SurfaceClass.SKY
+    assert sky.any()
+    assert (frame.truth["depth"][sky] == np.inf).all()
+
+
 def test_what_a_lens_cannot_be_used_for(ctx, renderer):
     target = ctx.simple_framebuffer((32, 18))
     with pytest.raises(InputError, match="are for render"):

@@ -106,7 +106,7 @@ def check_sentence(text: str, names: tuple[str, ...]) -> None:
     name = next((each for each in names if text.startswith(each)), None)
     if name is None:
         raise Finding(f"a problem without its place: {cut(text)}")
-    rule = text[len(name) :]
+    rule = text[len(name) :].replace("machine.libraries.pydantic: ", "")
     if len(rule) > LONGEST:
         raise Finding(f"a problem of {len(text):,} characters: {cut(text)}")
     if "\n" in rule or not rule.strip(" :"):

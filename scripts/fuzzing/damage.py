@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import io
 import json
 import math
@@ -235,7 +236,7 @@ def _json_places(node: Any) -> Iterator[tuple[Any, Any]]:
 def _json_value(case: Case, before: Any) -> Any:
     value = case.rng.choice(ADDRESSES if isinstance(before, str) and case.chance(0.6) else VALUES)
     case.note(f"now {cut(repr(value), 60)}")
-    return value
+    return copy.deepcopy(value)
 
 
 # Containers -------------------------------------------------------------------------------------------------

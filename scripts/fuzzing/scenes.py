@@ -24,7 +24,7 @@ from fuzzing.damage import mutated_text
 DRAWN = 0.7
 """Share of the accepted scenes that are drawn."""
 SIZE = (48, 27)
-_NEEDS_A_DEVICE = ("this device can give", "GiB are free", "million blades")
+_NEEDS_A_DEVICE = ("this device can give", "GiB are free", "million blades", "pictures must have the shape of")
 
 
 def run(case: Case) -> str:

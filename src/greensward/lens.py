@@ -227,7 +227,8 @@ class Lens:
                     truth[name] = np.full(shape, np.inf if name == "depth" else 0, values.dtype)
                 taken = values[at[:, 1], at[:, 0]]
                 if name == "depth":
-                    taken = taken * self._depth_scale(face, at + offset_px)
+                    # a sample may lie behind the camera where its pixel does not
+                    taken = np.where(np.isinf(taken), taken, taken * self._depth_scale(face, at + offset_px))
                 if name == "motion":
                     taken = self._motion(face, at + offset_px, taken)
                 truth[name][mine] = taken

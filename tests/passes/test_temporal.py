@@ -280,6 +280,13 @@ def test_a_checkpoint_with_a_damaged_camera_is_refused(renderer):
         drawn.resume({**drawn.checkpoint(), "camera": np.array("{")})
 
 
+@pytest.mark.parametrize("value", [np.nan, 1e38])
+def test_a_checkpoint_of_numbers_that_no_state_has_is_refused(renderer, value):
+    drawn = renderer(_scene())
+    with pytest.raises(InputError, match=r"the checkpoint's \"\\u001b\" is damaged"):
+        drawn.resume({**drawn.checkpoint(), "\x1b": np.full(3, value)})
+
+
 # Around it --------------------------------------------------------------------------------------------------
 
 

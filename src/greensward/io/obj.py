@@ -141,7 +141,8 @@ def _materials(path: Path, lines: _Lines) -> list[Material]:
                 known[name] = _material(path, table)
     missing = next((name for name in lines.names if name not in known), None)
     if missing is not None:
-        raise InputError(f"{path}: no material {missing} is in {', '.join(lines.libraries)}; set the object's colour")
+        named, libraries = (short(text, quoted=False) for text in (missing, ", ".join(lines.libraries)))
+        raise InputError(f"{path}: no material {named} is in {libraries}; set the object's colour")
     return [known[name] for name in lines.names]
 
 

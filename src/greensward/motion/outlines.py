@@ -20,7 +20,8 @@ def forces_around(distance: Floats, normal: Floats, rim: float, impact: float) -
     with decreasing length in the surroundings. Over `rim` inside the border the one turns into the other.
     """
     turn = 0.5 * np.pi * np.clip(1.0 + distance / rim, 0.0, 1.0)
-    left = np.clip(1.0 - distance / impact, 0.0, 1.0) ** 2 if impact > 0.0 else (distance <= 0.0).astype(float)
+    wide = impact > 1e-6  # metres; a narrower rim is none
+    left = np.clip(1.0 - distance / impact, 0.0, 1.0) ** 2 if wide else (distance <= 0.0).astype(float)
     around = left * np.sin(turn)
     return np.stack([around * normal[..., 0], -np.cos(turn), around * normal[..., 1]], axis=-1)
 
