@@ -288,7 +288,12 @@ def test_a_lens_shows_what_lies_along_its_rays(renderer, camera):
 
 def test_sky_is_endlessly_far_at_right_angles_to_the_axis(renderer):
     camera = Camera(
-        position_m=(0.0, 1.0, 0.0), target_m=(0.0, 5.0, -1.0), fx_px=0.1, cx_px=-800_000.0, distortion=(-84.0, -76.0)
+        position_m=(0.0, 1.6, 3.0),
+        target_m=(0.0, 0.6, -3.0),
+        fx_px=0.1,
+        fy_px=0.1,
+        cx_px=-782106.3383820081,
+        distortion=(-83.65086278012029, -75.7246049278309),
     )
     frame = renderer(small_scene(camera=camera.model_dump(exclude_defaults=True)), size=(48, 27)).render(
         aovs=("depth", "class")
