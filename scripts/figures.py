@@ -280,6 +280,20 @@ def soak() -> str:
     return "\n".join(parts)
 
 
+def fuzz() -> str:
+    was = json.loads((DOCS / "performance" / "fuzz.json").read_bytes())
+    table = Table(["cases", "number", "outcomes"])
+    for kind, counts in sorted(was["counts"].items()):
+        told: dict[str, int] = {}
+        for outcome, number_of in counts.items():
+            name = re.sub(r"^.* (read|refused)$", r"\1", outcome)
+            name = re.sub(r"^.* (-?[0-9]+)$", r"exit code \1", name)
+            told[name] = told.get(name, 0) + number_of
+        outcomes = ", ".join(f"{number_of:,} {name}" for name, number_of in sorted(told.items()))
+        table.add(kind, f"{sum(counts.values()):,}", outcomes)
+    return str(table)
+
+
 def starts() -> str:
     parts = []
     for was in results("update").values():
@@ -345,6 +359,7 @@ TABLES: tuple[Callable[..., str], ...] = (
     limits,
     motion,
     soak,
+    fuzz,
     starts,
     updates,
     viewer,

@@ -29,6 +29,8 @@ _PAGE = os.sysconf("SC_PAGE_SIZE")
 
 def work(answers: int) -> None:
     """Run the cases that standard input names, one a line, and answer in lines of JSON."""
+    # a shell starts what runs in the background with interrupts ignored, and so would be what is started here
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     faulthandler.enable(all_threads=False)
     faulthandler.register(signal.SIGUSR1, all_threads=False)
     with os.fdopen(answers, "w", buffering=1) as stream:

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from greensward.bench.suite import FORMAT
 from greensward.scene import GreenswardError, InputError, SceneError
 from greensward.scene.files import read_file, written_aside
-from greensward.scene.problems import sentences
+from greensward.scene.problems import sentences, short
 
 Record = dict[str, Any]
 _SAME = ("workload", "technique", "case", "width", "height")
@@ -97,8 +97,9 @@ def read(path: Path) -> Record:
     if not isinstance(machine, dict) or not isinstance(rows, list):
         raise InputError(f"{path}: holds no measurements; give a file that greensward bench --json wrote")
     if (found := machine.get("format", "unknown")) != FORMAT:
+        by = short(machine.get("greensward", "unknown"), False)
         raise InputError(
-            f"{path}: is of format {found}, written by greensward {machine.get('greensward', 'unknown')}, and must "
+            f"{path}: is of format {short(found, False)}, written by greensward {by}, and must "
             f"be of format {FORMAT}; measure again"
         )
     try:

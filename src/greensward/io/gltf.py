@@ -14,6 +14,7 @@ from greensward.io.accessors import Accessors
 from greensward.io.gltf_materials import materials_of, texture_transform, uses_uv
 from greensward.io.parts import MOST_TRIANGLES, Content, Floats, Indices, Part, coloured
 from greensward.scene.errors import InputError
+from greensward.scene.problems import short
 
 _READ = (
     "EXT_mesh_gpu_instancing",
@@ -28,7 +29,7 @@ _CURES = {
     "KHR_texture_basisu": "gltf-transform ktxdecompress {0} plain.glb",
     "KHR_materials_pbrSpecularGlossiness": "gltf-transform metalrough {0} plain.glb",
 }
-_MOST_NODES, _MOST_JSON_BYTES = 20_000, 256 * 2**20
+_MOST_NODES, _MOST_PARTS, _MOST_JSON_BYTES = 20_000, 50_000, 256 * 2**20
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
@@ -41,7 +42,9 @@ def read_gltf(path: Path, data: bytes, painted: bool) -> Content:
     for name in tree.get("extensionsRequired", []):
         if name not in _READ:
             cure = _CURES.get(name, "export {0} without it").format(path.name)
-            raise InputError(f"{path}: needs the glTF extension {name}, which is not read; convert it: {cure}")
+            raise InputError(
+                f"{path}: needs the glTF extension {short(str(name), False)}, which is not read; convert it: {cure}"
+            )
     reader = _Reader(path, tree, Accessors(path, tree, binary))
     parts: list[Part] = []
     corners = 0
@@ -50,6 +53,8 @@ def read_gltf(path: Path, data: bytes, painted: bool) -> Content:
             corners += len(part.positions)
             if corners > 3 * MOST_TRIANGLES:
                 raise InputError(f"{path}: places over {3 * MOST_TRIANGLES // 10**6} million vertices; simplify it")
+            if len(parts) == _MOST_PARTS:
+                raise InputError(f"{path}: must have at most {_MOST_PARTS:,} primitives in all nodes; join them")
             parts.append(part)
     return Content(parts, materials_of(path, tree, reader.accessors) if painted else [])
 
