@@ -42,6 +42,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", metavar="KIND:N", help="run one case, print its input, and keep its folder")
     parser.add_argument("-j", "--processes", type=int, default=1, metavar="N", help="how many cases run at a time")
+    parser.add_argument("--again", type=Path, metavar="FILE", help="run the findings of an earlier run again")
     parser.add_argument("--add", type=Path, metavar="FILE", help="results of an earlier run to add up")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="where to write the results, as JSON")
     parser.add_argument("--worker", type=int, help=argparse.SUPPRESS)
@@ -53,19 +54,31 @@ def main() -> None:
     if options.only:
         _show(options.only, options.seed)
         return
-    asked = [(kind, options.first + k) for kind in KINDS for k in range(getattr(options, kind))]
+    results: dict[str, Any] = {"counts": {}, "slowest": {}, "findings": []}
+    asked = [(kind, options.first + k, options.seed) for kind in KINDS for k in range(getattr(options, kind))]
     random.Random(options.seed).shuffle(asked)
-    results = _run(asked, options)
+    if earlier := options.add or options.again:
+        results = json.loads(earlier.read_bytes())
+    if options.again:
+        asked = [_taken_back(results, finding) for finding in tuple(results["findings"])]
+    _run(asked, results, options.processes, options.output)
     for kind, counts in results["counts"].items():
         print(f"{kind}: {', '.join(f'{count} {outcome}' for outcome, count in sorted(counts.items()))}")
     sys.exit(1 if results["findings"] else 0)
 
 
-def _run(asked: list[tuple[str, int]], options: argparse.Namespace) -> dict[str, Any]:
-    """The results of these cases, which are also written now and then."""
-    results: dict[str, Any] = {"counts": {}, "slowest": {}, "findings": []}
-    if options.add:
-        results = json.loads(options.add.read_bytes())
+def _taken_back(results: dict[str, Any], finding: dict[str, Any]) -> tuple[str, int, int]:
+    """Take a finding out of the results; returns its case."""
+    kind, number, seed = re.split(r":| --seed ", finding["case"])
+    results["findings"].remove(finding)
+    results["counts"][kind]["finding"] -= 1
+    if not results["counts"][kind]["finding"]:
+        del results["counts"][kind]["finding"]
+    return kind, int(number), int(seed)
+
+
+def _run(asked: list[tuple[str, int, int]], results: dict[str, Any], processes: int, output: Path | None) -> None:
+    """Add the results of these cases, and write them now and then."""
     waiting, lock, written = iter(asked), threading.Lock(), time.perf_counter()
 
     def work_off() -> None:
@@ -73,24 +86,23 @@ def _run(asked: list[tuple[str, int]], options: argparse.Namespace) -> dict[str,
         with Worker(SCRIPT) as worker:
             while True:
                 with lock:
-                    kind, number = next(waiting, (None, 0))
+                    kind, number, seed = next(waiting, (None, 0, 0))
                 if not kind:
                     return
-                case = worker.run(kind, number, options.seed)
+                case = worker.run(kind, number, seed)
                 with lock:
-                    _add(results, kind, number, options.seed, case)
-                    if options.output and time.perf_counter() - written > _WRITTEN_EVERY_S:
-                        _write(results, options.output)
+                    _add(results, kind, number, seed, case)
+                    if output and time.perf_counter() - written > _WRITTEN_EVERY_S:
+                        _write(results, output)
                         written = time.perf_counter()
 
-    threads = [threading.Thread(target=work_off) for _ in range(options.processes)]
+    threads = [threading.Thread(target=work_off) for _ in range(processes)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    if options.output:
-        _write(results, options.output)
-    return results
+    if output:
+        _write(results, output)
 
 
 def _add(results: dict[str, Any], kind: str, number: int, seed: int, case: dict[str, Any]) -> None:

@@ -296,8 +296,9 @@ def test_sky_is_endlessly_far_at_right_angles_to_the_axis(renderer):
         distortion=(-83.65086278012029, -75.7246049278309),
     )
     frame = renderer(small_scene(camera=camera.model_dump(exclude_defaults=True)), size=(48, 27)).render(
-        aovs=("depth", "class")
+        aovs=("depth", "class", "motion")
     )
+    assert np.isfinite(frame.truth["motion"]).all()
     sky = frame.truth["class"] == SurfaceClass.SKY
     assert sky.any()
     assert (frame.truth["depth"][sky] == np.inf).all()

@@ -290,6 +290,8 @@ def _cheap(table: dict[str, Any]) -> dict[str, Any]:
     technique = table.get("technique", {})
     technique.update({key: min(value, 64) for key, value in technique.items() if key == "texture_px"})
     technique.update({key: min(value, 8) for key, value in technique.items() if key == "layers"})
+    for plants in table.get("flowers", []):
+        plants.update({key: min(value, 60.0) for key, value in plants.items() if key == "reach_m"})
     for force in table.get("force", []):
         force.update({key: min(value, 4.0) for key, value in force.items() if key == "impact_m"})
     for thing in table.get("object", []):

@@ -252,7 +252,8 @@ class Lens:
         now = project(self._camera, self._size, self._face_rays(face, at) @ turn)
         before = project(self._camera, self._size, self._face_rays(face, at - motion_px) @ turn)
         moved = np.where(np.any(motion_px != 0.0, axis=-1, keepdims=True), now - before, 0.0)
-        return moved.astype(np.float32)
+        # what comes from behind the lens was nowhere in the picture
+        return np.nan_to_num(moved).astype(np.float32)
 
     def release(self) -> None:
         """Free the GPU resources."""

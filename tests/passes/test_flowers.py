@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from greensward.scene import Camera, InputError, Scene, SurfaceClass
+from greensward.passes import flowers
+from greensward.scene import Camera, InputError, Scene, SceneError, SurfaceClass
 from live_objects import live_objects
 from small_scenes import BREEZE, NOISE, small_scene, with_pictures
 
@@ -31,13 +32,31 @@ def test_the_same_flower_stands_at_the_same_place_whatever_the_camera(renderer):
     found = []
     for x in (0.0, 6.3):
         drawn.render(camera=Camera(position_m=(x, 1.0, 4.0), target_m=(x, 0.0, -3.0)))
-        rows = np.frombuffer(drawn._geometry.flowers._flowers.read(), np.float32)
+        rows = np.frombuffer(drawn._geometry.flowers._parts[0].flowers.read(), np.float32)
         rows = rows[: len(rows) // 20 * 20].reshape(-1, 20)
         roots = rows[rows[:, 3] > 0, :3]
         here = (np.abs(roots[:, 0] - 3.0) < 5.0) & (np.abs(roots[:, 2] - 4.0) < 8.0)
         found.append({tuple(root) for root in roots[here].tolist()})
     assert len(found[0]) > 100
     assert found[0] == found[1]
+
+
+def test_plants_of_several_buffers_are_those_of_one(renderer, monkeypatch):
+    scene, aovs = small_scene(grass=[], flowers=[_TABLE, {**_TABLE, "colour": "#bb2211"}]), ("class", "blade_id")
+    whole = renderer(scene)
+    assert len(whole._geometry.flowers._parts) == 2
+    seen = [whole.render(aovs=aovs)]
+    monkeypatch.setattr(flowers, "_MOST_BYTES", 80 * 1000)
+    parted = renderer(scene)
+    assert len(parted._geometry.flowers._parts) > 8
+    seen.append(parted.render(aovs=aovs))
+    assert np.array_equal(seen[0].image, seen[1].image)
+    assert np.array_equal(seen[0].truth["blade_id"], seen[1].truth["blade_id"])
+
+
+def test_more_places_than_have_numbers_are_refused():
+    with pytest.raises(SceneError, match=r"flowers: must have at most 134 million places .* \(got 400 million\)"):
+        Scene(flowers=[{"density_per_m2": 100.0, "reach_m": 1000.0}])
 
 
 def test_more_grow_where_more_are_asked_for_and_none_beyond_the_reach(renderer):

@@ -37,10 +37,10 @@ def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
-def _none_or_some(density: float) -> float:
-    if 0.0 < density < 1e-6:
+def _none_or_some(amount: float) -> float:
+    if 0.0 < amount < 1e-6:
         raise ValueError("must be 0, or at least 1e-6")
-    return density
+    return amount
 
 
 def _hex_colour(text: str) -> str:
@@ -85,8 +85,8 @@ _T = TypeVar("_T")
 _Given = TypeVar("_Given", contravariant=True)
 _Held = TypeVar("_Held", covariant=True)
 Number = Annotated[float, Strict()]
-Density = Annotated[Number, AfterValidator(_none_or_some)]
-"""Number of blades on an area: 0, or one that is not lost in single precision."""
+Amount = Annotated[Number, AfterValidator(_none_or_some)]
+"""Amount, such as blades on an area: 0, or one that is not lost in single precision."""
 Count = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]

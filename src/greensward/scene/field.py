@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
-from greensward.scene.base import Count, Density, Flag, GroundPoints, Model, Number, OptionalMap, Text, default
+from greensward.scene.base import Amount, Count, Flag, GroundPoints, Model, Number, OptionalMap, Text, default
 
 MOST_KEYS = 8
 MOST_CASCADES = 4
@@ -14,7 +14,7 @@ MOST_CASCADES = 4
 class Sowing(Model):
     """Sowing of the blades: density, maps, slope, clumps and drifts."""
 
-    density_per_m2: Density = Field(default=600.0, ge=0, le=100_000)
+    density_per_m2: Amount = Field(default=600.0, ge=0, le=100_000)
     """Blades per square metre before maps, slope and distance thin them."""
     density_map: OptionalMap = default(None)
     """Image over the whole ground: red is density, green the low-detail subset, blue the height."""

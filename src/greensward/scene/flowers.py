@@ -1,12 +1,15 @@
 """Plants as billboards among the blades, with every technique."""
 
+import math
 from typing import Annotated
 
 from pydantic import Field
 
 from greensward.scene.base import Colour, Model, Number, OptionalFileName, Range, default
+from greensward.scene.classes import BLADE_NUMBER_BITS
 
 MOST_FLOWERS = 8
+MOST_PLANTS = (1 << BLADE_NUMBER_BITS) - 2
 
 
 class Flowers(Model):
@@ -30,3 +33,13 @@ class Flowers(Model):
     """Resistance to wind: 0 follows it, 1 hardly moves."""
     reach_m: Number = Field(default=60.0, ge=0.1, le=1000)
     """None are drawn beyond this distance from the camera; they shrink before it."""
+
+    @property
+    def cell_m(self) -> float:
+        """Side of the square of ground in which one plant may grow."""
+        return 1.0 / math.sqrt(self.density_per_m2)
+
+    @property
+    def cells(self) -> int:
+        """Cells along a side of the square around the camera that holds all within reach."""
+        return 2 * math.ceil(self.reach_m / self.cell_m) + 1

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from greensward.scene.base import Colour, Model, Number, OptionalFileName, Range, Text, default
+from greensward.scene.base import Amount, Colour, Model, Number, OptionalFileName, Range, Text, default
 
 MOST_SPECIES = 16
 
@@ -35,7 +35,7 @@ class Grass(Model):
 
     species: Text = "meadow-grass"
     """Named starting point; the keys below override it."""
-    share: Number = Field(default=1.0, ge=0, le=1e6)
+    share: Amount = Field(default=1.0, ge=0, le=1e6)
     """Share of the blades, relative to the other species."""
     patchiness: Number = Field(default=0.4, ge=0, le=1)
     """0 mixes the species evenly; 1 gathers it in drifts."""

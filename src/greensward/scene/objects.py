@@ -6,8 +6,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from greensward.scene.base import (
+    Amount,
     Colour,
-    Density,
     FileName,
     Flag,
     Many,
@@ -63,7 +63,7 @@ class Path(Model):
 class Fur(Model):
     """Grass on the surface of an object, along its normals, moving with it."""
 
-    density_per_m2: Density = Field(default=600.0, ge=0, le=1_000_000)
+    density_per_m2: Amount = Field(default=600.0, ge=0, le=1_000_000)
     """Blades on a square metre of surface."""
     density_from: Literal["everywhere", "colours"] = "everywhere"
     """`colours` takes the red of the mesh's vertex colours as its density."""

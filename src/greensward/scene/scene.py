@@ -10,7 +10,7 @@ from greensward.scene.clearing import MOST_CLEARINGS, Clearing
 from greensward.scene.colour import GrassColour, GroundColour
 from greensward.scene.fence import MOST_FENCES, Fence
 from greensward.scene.field import Culling, Growth, Shadows, Sowing, TechniqueChoice
-from greensward.scene.flowers import MOST_FLOWERS, Flowers
+from greensward.scene.flowers import MOST_FLOWERS, MOST_PLANTS, Flowers
 from greensward.scene.force import MOST_FORCES, Force
 from greensward.scene.grass import MOST_SPECIES, Grass
 from greensward.scene.ground import FlatGround, Ground
@@ -95,6 +95,16 @@ class Scene(Model):
         wakes = [i for i, wind in enumerate(self.wind) if isinstance(wind, Wake)]
         if len(wakes) > 1:
             raise ValueError(f"wind[{wakes[1]}]: a scene has at most one wake, and wind[{wakes[0]}] is one")
+        return self
+
+    @model_validator(mode="after")
+    def _has_numbers_for_its_flowers(self) -> Self:
+        places = sum(table.cells**2 for table in self.flowers)
+        if places > MOST_PLANTS:
+            raise ValueError(
+                f"flowers: must have at most {MOST_PLANTS / 1e6:.0f} million places for plants together (got "
+                f"{places / 1e6:,.0f} million); lower density_per_m2 or reach_m"
+            )
         return self
 
     @model_validator(mode="after")

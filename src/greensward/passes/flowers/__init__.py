@@ -1,6 +1,7 @@
 """Billboard flowers: placed, swayed and drawn without anything stored."""
 
 import math
+from dataclasses import dataclass
 
 import moderngl
 import numpy as np
@@ -20,6 +21,7 @@ from greensward.sowing.identity import BladeKind, Ids, blade_ids
 from greensward.world import FrameTime, World
 
 _FOLDER = "passes/flowers"
+_MOST_BYTES = 1 << 30  # of a buffer
 # a plant at this instant; without height where none grows
 _FLOWER = struct(
     "Flower",
@@ -29,6 +31,16 @@ _FLOWER = struct(
     ("control_before", "vec4"),
     ("tip_before", "vec4"),
 )
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Places of a table, as many as a storage block holds."""
+
+    table: int
+    first: int
+    places: int
+    flowers: moderngl.Buffer
 
 
 class BillboardFlowers:
@@ -53,11 +65,8 @@ class BillboardFlowers:
             purpose: Draw(device, *stages, defines=defines, bindings=world.bindings)
             for purpose, defines in (("picture", {}), ("shadow", {"SHADOW": 1}))
         }
-        self._cells_m = [1.0 / math.sqrt(table.density_per_m2) for table in self._tables]
-        edges = [
-            2 * math.ceil(table.reach_m / cell) + 1 for table, cell in zip(self._tables, self._cells_m, strict=True)
-        ]
-        self._edges = edges
+        self._cells_m = [table.cell_m for table in self._tables]
+        self._edges = edges = [table.cells for table in self._tables]
         self._firsts = [sum(edge * edge for edge in edges[:i]) for i in range(len(edges))]
         self.most = sum(edge * edge for edge in edges)
         needed, free = _FLOWER.dtype.itemsize * self.most, available_bytes(device)
@@ -66,7 +75,13 @@ class BillboardFlowers:
                 f"flowers: {self.most / 1e6:,.0f} million places for plants need {needed / 2**30:,.1f} GiB, and this "
                 f"device can give {free / 2**30:,.1f} GiB; lower density_per_m2 or reach_m"
             )
-        self._flowers = device.ctx.buffer(reserve=_FLOWER.dtype.itemsize * self.most)
+        room = min(device.limits.storage_block_bytes, _MOST_BYTES) // _FLOWER.dtype.itemsize
+        self._parts = [
+            _Part(i, first, count, device.ctx.buffer(reserve=_FLOWER.dtype.itemsize * count))
+            for i, edge in enumerate(edges)
+            for first in range(0, edge * edge, room)
+            for count in [min(room, edge * edge - first)]
+        ]
 
     def update(self, frame: FrameTime) -> None:
         """Place them around the camera and sway them, for every view of this frame."""
@@ -79,14 +94,17 @@ class BillboardFlowers:
             tuple(math.floor(focus[axis] / cell) - edge // 2 for axis in (0, 2))
             for cell, edge in zip(self._cells_m, self._edges, strict=True)
         ]
-        for i, (table, cell, edge) in enumerate(zip(self._tables, self._cells_m, self._edges, strict=True)):
+        for part in self._parts:
+            i = part.table
+            table, cell, edge = self._tables[i], self._cells_m[i], self._edges[i]
             self._grow.run(
-                grid(-(-edge * edge // 64)),
+                grid(-(-part.places // 64)),
                 **shared,
-                Flowers=self._flowers,
+                Flowers=part.flowers,
                 first_cell=self._first_cells[i],
-                cells=(edge, edge),
-                first_flower=self._firsts[i],
+                cells=edge,
+                first_place=part.first,
+                places=part.places,
                 cell_m=cell,
                 anchor_cell=np.floor(anchor_ws[[0, 2]] / cell).astype(np.int32),
                 in_cell=anchor_ws[[0, 2]] / cell % 1.0,
@@ -104,16 +122,18 @@ class BillboardFlowers:
         if not self._tables:
             return
         draw = self._draws[view.purpose]
-        for i, (table, edge) in enumerate(zip(self._tables, self._edges, strict=True)):
+        for part in self._parts:
+            i = part.table
+            table = self._tables[i]
             if view.purpose == "shadow" and view.pixel_m[1] > 0.5 * table.height_m[1] * self._aspects[i]:
                 continue
             draw.run(
                 moderngl.TRIANGLE_STRIP,
                 6,
-                edge * edge,
-                Flowers=self._flowers,
+                part.places,
+                Flowers=part.flowers,
                 flower_images=self._pictures,
-                first_flower=self._firsts[i],
+                first_flower=self._firsts[i] + part.first,
                 layer=i,
             )
 
@@ -128,4 +148,4 @@ class BillboardFlowers:
         """Free the GPU resources."""
         if not self._tables:
             return
-        release_all(*self._draws.values(), self._grow, self._pictures, self._flowers)
+        release_all(*self._draws.values(), self._grow, self._pictures, *(part.flowers for part in self._parts))

@@ -17,7 +17,7 @@ flat out float tint;
 #endif
 
 void main() {
-    Flower f = flowers[first_flower + gl_InstanceID];
+    Flower f = flowers[gl_InstanceID];
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     if (f.root.w <= 0.0 || f.root.y < view.clip_below_m) return;
     float v = 0.5 * float(gl_VertexID >> 1), across = float(gl_VertexID & 1) - 0.5;

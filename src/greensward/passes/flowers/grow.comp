@@ -10,8 +10,9 @@ layout(local_size_x = 64) in;
 layout(std430) writeonly buffer Flowers { Flower flowers[]; };
 
 uniform ivec2 first_cell;
-uniform ivec2 cells;
-uniform int first_flower;
+uniform int cells;  // along a side of the grid
+uniform int first_place;  // of those that the buffer holds
+uniform int places;
 uniform float cell_m;
 uniform ivec2 anchor_cell;  // in which the anchor lies, and where in it
 uniform vec2 in_cell;
@@ -64,6 +65,7 @@ Flower growIn(ivec2 cell) {
 
 void main() {
     int index = int(64u * workgroupIndex() + gl_LocalInvocationID.x);
-    if (index >= cells.x * cells.y) return;
-    flowers[first_flower + index] = growIn(first_cell + ivec2(index % cells.x, index / cells.x));
+    if (index >= places) return;
+    int place = first_place + index;
+    flowers[index] = growIn(first_cell + ivec2(place % cells, place / cells));
 }
