@@ -1,6 +1,7 @@
 """A study: its texts, pictures and questions, read from `study.toml`."""
 
 import datetime
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -8,9 +9,11 @@ from pydantic import AfterValidator, Field, Strict, ValidationError, model_valid
 
 from greensward.scene.base import Count, FileName, Flag, Many, Model, Number, Text, default
 from greensward.scene.errors import SceneError
+from greensward.scene.files import is_there
 from greensward.scene.load import read_table
 from greensward.scene.problems import MOST_TOLD, sentences
 
+_STUDIES = Path(str(files("greensward.study") / "studies"))
 LANGUAGES = {"en": "English", "de": "Deutsch", "sv": "Svenska"}
 """Languages in which the page itself speaks, by their code."""
 
@@ -243,6 +246,8 @@ class Study(Model):
     """What people agree to before the first question."""
     thanks: Words = ""
     """What stands on the last page."""
+    based_on: Literal["", "tillman2013-first", "tillman2013-second"] = ""
+    """Published study with the same questions, whose figures the report shows beside its own."""
     contact: Text = ""
     """Who answers for the study: a name and an address."""
     closes: datetime.date | None = None
@@ -308,12 +313,23 @@ def say(words: str | dict[str, str], language: str) -> str:
     return words if isinstance(words, str) else words[language]
 
 
-def load_study(folder: Path) -> Study:
-    """Read `study.toml` of a folder, or the file itself. Raises `SceneError`, which holds all problems."""
+def shipped() -> dict[str, Path]:
+    """Files of the studies that come with the program, by name."""
+    return {path.stem: path for path in sorted(_STUDIES.glob("*.toml"))}
+
+
+def study_file(folder: Path) -> Path:
+    """The file of a study: `study.toml` of a folder, or the file itself. Raises `SceneError`."""
     file = folder / "study.toml" if folder.is_dir() else folder
-    label = str(file)
-    if not file.exists():
+    if not is_there(file):
         raise SceneError([f"{folder}: holds no study.toml; `greensward study new` writes one to start from"])
+    return file
+
+
+def load_study(folder: Path) -> Study:
+    """Read the study of a folder, or of a file. Raises `SceneError`, which holds all problems."""
+    file = study_file(folder)
+    label = str(file)
     table = read_table(file, label, "a study")
     try:
         return Study.model_validate(table)
