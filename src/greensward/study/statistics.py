@@ -146,9 +146,7 @@ def median_of(values: Sequence[float], seed: int = 1) -> Estimate | None:
     return _bootstrapped(values, np.median, "percentile", seed)
 
 
-def _bootstrapped(
-    values: Sequence[float], statistic: Callable[..., Any], method: str, seed: int
-) -> Estimate | None:
+def _bootstrapped(values: Sequence[float], statistic: Callable[..., Any], method: str, seed: int) -> Estimate | None:
     if not values:
         return None
     sample = np.asarray(values, dtype=np.float64)
@@ -177,7 +175,7 @@ def share_of(part: int, whole: int) -> Estimate | None:
 
 
 def ranking(pairs: Pairs, answers: Iterable[Answer], seed: int = 1) -> Ranking:
-    """Bradley–Terry scores with ties (Davidson 1970, equation 2.4) of greatest likelihood.
+    """Bradley–Terry scores with ties (Davidson 1970) of greatest likelihood.
 
     Catch trials and repeats do not enter. Intervals are percentiles over resampled people, as answers of one person
     hang together. Where a picture wins or loses all, or comparisons do not connect all pictures, no finite scores are
@@ -267,8 +265,9 @@ def most_likely(wins: _Array, ties: _Array) -> tuple[_Array, _Array]:
     """Davidson's log-scores (B, K) with mean 0 and ν (B) of tallies (B, K, K), by Newton's method.
 
     `wins[b, i, j]` is how often i was preferred to j; `ties` is symmetric. Finite scores must exist.
-    The model: i is preferred with p = π_i / D and equal with q = ν √(π_i π_j) / D, where
-    D = π_i + π_j + ν √(π_i π_j) (Davidson 1970, equation 2.4). In log π and log ν its likelihood is concave.
+    Of i and j, i is preferred with π_i / D, and they are equal with ν √(π_i π_j) / D, where
+    D = π_i + π_j + ν √(π_i π_j) (Davidson 1970, "On extending the Bradley-Terry model to accommodate ties in paired
+    comparison experiments"). In log π and log ν the likelihood is concave.
     """
     size, free = wins.shape[-1], ties.any(axis=(1, 2))
     trials = wins + wins.swapaxes(1, 2) + ties
