@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _INK, _ACCENT, _SECOND, _PAPER = "#222222", "#0072b2", "#d55e00", "#fffffe"
-"""Blue and vermilion of Okabe and Ito, which colour-blind people tell apart. Pages of their own colours change them."""
+"""Blue and vermilion of Okabe and Ito, which colour-blind people tell apart. A page puts its own for them."""
 _OF_THE_PAGE = {_INK: "currentColor", _ACCENT: "var(--accent)", _SECOND: "var(--second)", _PAPER: "none"}
 _WIDTH_IN = 6.4
 _MOST_BINS = 20

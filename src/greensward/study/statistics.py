@@ -116,8 +116,9 @@ def _broken(study: Study, mine: Sequence[Answer]) -> dict[Rule, str]:
                 if answer.role == "repeat" and frozenset(answer.shown) in first
             ]
         elif isinstance(question, Choice) and question.correct is not None:
-            if any(answer.value not in (question.correct, [question.correct]) for answer in given):
-                broken["control"] = f'"{question.name}" not answered by "{question.correct}"'
+            right = (question.correct, [question.correct])
+            if any(answer.value not in right for answer in given):
+                broken["control"] = f"{question.name} not answered by {question.correct}"
     rules = study.attention
     if caught and sum(caught) > rules.most_caught * len(caught):
         broken["catch trials"] = f"{sum(caught)} of {len(caught)} catch trials wrong"
@@ -195,8 +196,8 @@ def ranking(pairs: Pairs, answers: Iterable[Answer], seed: int = 1) -> Ranking:
         nu, steadied = float(nus[0]), bool(steady[0])
         low, high = _interval_over_people(wins, ties, seed) if people > 1 else (None, None)
         for k in np.argsort(-fitted[0], kind="stable"):
-            bounds = (None, None) if low is None or high is None else (float(low[k]), float(high[k]))
-            scores[names[k]] = Estimate(float(fitted[0, k]), *bounds, people)
+            least, most = (None, None) if low is None or high is None else (float(low[k]), float(high[k]))
+            scores[names[k]] = Estimate(float(fitted[0, k]), least, most, people)
     scores |= {name: None for name in pairs.pictures if name not in scores}
     tally = [(int(every[i].sum()), int(equal[i].sum()), int(every[:, i].sum())) for i in range(len(every))]
     counts = dict(zip(pairs.pictures, tally, strict=True))
@@ -248,8 +249,9 @@ def _closure(edges: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _fitted(wins: _Array, ties: _Array) -> tuple[_Array, _Array, NDArray[np.bool_]]:
     """Scores (B, K), ν (B) and whether the imaginary picture entered (B), of tallies (B, K, K)."""
     # with ties, Ford's condition on wins alone is enough for finite scores, though not always needed
-    steadied = ~_closure(wins > 0).all(axis=(1, 2))
-    scores, nu = np.zeros(wins.shape[:2]), np.zeros(len(wins))
+    steadied = np.array([not reach.all() for reach in _closure(wins > 0)])
+    scores: _Array = np.zeros(wins.shape[:2])
+    nu: _Array = np.zeros(len(wins))
     if (~steadied).any():
         scores[~steadied], nu[~steadied] = most_likely(wins[~steadied], ties[~steadied])
     if steadied.any():
