@@ -37,10 +37,15 @@ def export_answers(answers: Iterable[Answer], people: Iterable[Person], path: Pa
         stream.write(data)
 
 
+def in_order(answers: Iterable[Answer]) -> list[Answer]:
+    """Answers by people, and of each by their instants."""
+    return sorted(answers, key=lambda each: (each.person, each.at, each.question, each.trial))
+
+
 def _rows(answers: Iterable[Answer], people: Iterable[Person]) -> list[tuple[Any, ...]]:
     known = {person.number: person for person in people}
     found = []
-    for answer in sorted(answers, key=lambda each: (each.person, each.at, each.trial)):
+    for answer in in_order(answers):
         if person := known.get(answer.person):
             row = (
                 person.number, person.language, person.begun, person.finished, answer.question, answer.trial,

@@ -13,7 +13,7 @@ from pathlib import Path
 from greensward.scene import GreenswardError
 from greensward.scene.files import written_aside
 from greensward.study import plots, statistics
-from greensward.study.export import export_answers
+from greensward.study.export import export_answers, in_order
 from greensward.study.model import LANGUAGES, Choice, Pairs, Quantity, Score, Staircase, Study
 from greensward.study.plan import Answer, Person, Trial, problem_of
 from greensward.study.results import (
@@ -76,11 +76,12 @@ def write_report(
 ) -> list[Path]:
     """Write `report.html`, `report.md` with its plots, `answers.csv` and, with pyarrow, `answers.parquet`.
 
-    The folder is made where it is missing. The same answers give the same files. With `printed`, a source's figures
+    The folder is made where it is missing. The same answers give the same files,
+    in whatever order they come. With `printed`, a source's figures
     stand beside ours. Raises `GreenswardError`.
     """
     came = {person.number for person in people}
-    answers = [answer for answer in answers if answer.person in came]
+    answers = in_order(answer for answer in answers if answer.person in came)
     parts = _parts(study, people, answers, printed)
     title = said(study, study.title)
     files = {"report.html": _html(title, parts), "report.md": _markdown(title, parts)}
