@@ -165,7 +165,7 @@ def test_it_says_who_answered_and_who_is_left_out_by_which_rule(made):
     # the three careless are 38 to 40, and 40 did not come to the catch trial; 1 got the sum wrong
     for line in (
         "| Began | 40 |", "| Finished | 36 |", "| Left out | 3 |", "| Counted | 37 |",
-        "| First and last day | 2026-11-01 to 2026-11-20 |", "| Languages | English 30, Deutsch 10 |",
+        "2026-11-01 to 2026-11-20, in English (30), Deutsch (10).",
         "| more than 25 % of the catch trials wrong | 2 |", "| a control question answered wrongly | 1 |",
         "| less than 50 % of the repeated pairs answered alike | 0 |",
         "| 1 | sum not answered by 4 |", "| 38 | 1 of 1 catch trials wrong |",
@@ -202,7 +202,7 @@ def test_nobody_yet_is_a_report_too(tmp_path):
     assert "Nobody answered." in (tmp_path / "report.md").read_text(encoding="utf-8")
     write_report(study(), [Person(1, "sv", "2026-01-01T00:00:00Z")], [], tmp_path)
     text = (tmp_path / "report.md").read_text(encoding="utf-8")
-    assert "| Languages | Svenska 1 |" in text
+    assert "2026-01-01, in Svenska (1)." in text
     assert (tmp_path / "answers.csv").read_text(encoding="utf-8").count("\n") == 1
 
 
@@ -217,7 +217,7 @@ def test_one_person_and_all_alike_leave_dashes(tmp_path):
     text = (tmp_path / "report.md").read_text(encoding="utf-8")
     assert "| Mean | 3.00 | – |" in text
     assert "No values." in text
-    assert "1 people turned too seldom" in text
+    assert "turned too seldom for a threshold: 1." in text
     assert "No comparisons connect these groups" in text
     assert "nan" not in text
 
@@ -401,8 +401,11 @@ def test_the_sources_answers_fed_in_give_its_printed_tables(name, tmp_path):
     asked, people, answers, printed = source_study(name)
     write_report(asked, people, answers, tmp_path, printed)
     text = (tmp_path / "report.md").read_text(encoding="utf-8")
-    rows = [[cell.strip() for cell in line.strip("| ").split(" | ")] for line in text.splitlines()]
-    ours = {(row[0], row[1]): (row[2], row[3]) for row in rows if len(row) == 4}
+    rows = [[cell.strip() for cell in line[1:-1].split(" | ")] for line in text.splitlines()]
+    ours, question = {}, ""
+    for row in [row for row in rows if len(row) == 4]:
+        question = row[0] or question
+        ours[question, row[1]] = row[2], row[3]
     told = 0
     for question, figures in printed.answers.items():
         for option, figure in figures.items() if isinstance(figures, dict) else [("mean", figures)]:

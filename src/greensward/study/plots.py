@@ -53,8 +53,9 @@ def histogram(values: Sequence[float], mean: Estimate, unit: str, scale: tuple[i
                 wide = max(int(np.ceil((np.ptp(values) + 1) / _MOST_BINS)), 1)
                 edges = np.arange(min(values), max(values) + wide + 0.5, wide) - 0.5
         counts, _ = np.histogram(values, edges)
-        axes.bar(edges[:-1], counts, np.diff(edges) * 0.9, align="edge", color=_ACCENT)
-        top = 1.12 * max(counts.max(), 1)
+        bars = axes.bar((edges[:-1] + edges[1:]) / 2, counts, 0.9 * np.diff(edges), color=_ACCENT)
+        axes.bar_label(bars, [str(count) if count else "" for count in counts], padding=1, fontsize=8)
+        top = 1.3 * max(counts.max(), 1)
         if mean.low is not None and mean.high is not None:
             axes.plot([mean.low, mean.high], [top, top], color=_SECOND, linewidth=2, solid_capstyle="butt")
         axes.plot(mean.value, top, "D", color=_SECOND, markersize=6)

@@ -17,7 +17,6 @@ from greensward.study.export import export_answers, in_order
 from greensward.study.model import LANGUAGES, Choice, Pairs, Quantity, Score, Staircase, Study
 from greensward.study.plan import Answer, Person, Trial, problem_of
 from greensward.study.results import (
-    NONE,
     Part,
     Table,
     bounded,
@@ -149,19 +148,23 @@ def _people(
     minutes = [seconds / 60 for person, seconds in taken.items() if person in finished and seconds is not None]
     days = sorted(person.begun[:10] for person in people)
     spoken = Counter(person.language for person in people).most_common()
-    languages = ", ".join(f"{LANGUAGES.get(code, code)} {count}" for code, count in spoken)
+    languages = ", ".join(f"{LANGUAGES.get(code, code)} ({count})" for code, count in spoken)
     rows = [
         ("Began", str(len(people))),
         ("Answered something", str(len(taken))),
         ("Finished", str(len(finished))),
         ("Left out", str(len(out))),
         ("Counted", str(len(taken.keys() - out.keys()))),
-        ("First and last day", " to ".join(dict.fromkeys((days[0], days[-1]))) if days else NONE),
-        ("Languages", languages or NONE),
-        ("Median time of those who finished", with_interval(statistics.median_of(minutes, study.seed), 1, " min")),
     ]
-    notes = [f"{unsound} answers to what the study no longer asks are left out."] if unsound else []
-    return Part("Who answered", notes=notes, tables=[Table(("People", ""), rows)])
+    notes = []
+    if people:
+        notes.append(f"{' to '.join(dict.fromkeys((days[0], days[-1])))}, in {languages}.")
+    if minutes:
+        took = with_interval(statistics.median_of(minutes, study.seed), 1)
+        notes.append(f"Who finished took {took} minutes in the median from the first answer to the last.")
+    if unsound:
+        notes.append(f"{unsound} answers to what the study no longer asks are left out.")
+    return Part("Who answered", notes=notes, tables=[Table(("Who", "People"), rows)])
 
 
 def _rules(study: Study, out: Mapping[int, Mapping[statistics.Rule, str]]) -> list[Part]:
@@ -202,22 +205,24 @@ def _beside(study: Study, counted: Sequence[Answer], printed: Printed) -> Part:
         if figures is None:
             continue
         mine = [answer for answer in counted if answer.question == question.name]
-        asked = brief(said(study, question.text))
+        told = [brief(said(study, question.text))]
         if isinstance(figures, str):
             values = numbers(mine) if isinstance(question, Score | Quantity) else []
             ours = statistics.mean_of(values, study.seed)
-            told = "mean" if isinstance(question, Score | Quantity) else ""
-            rows.append((asked, told, figures, with_interval(ours, _decimals(figures))))
+            of = "mean" if isinstance(question, Score | Quantity) else ""
+            rows.append((told.pop(), of, figures, with_interval(ours, _decimals(figures))))
         elif isinstance(question, Choice):
             parts, whole = tally(question, mine)
             for option in question.options:
                 if figure := figures.get(option.value):
                     share = statistics.share_of(parts[option.value], whole)
                     text = percent(share, _decimals(figure))
-                    rows.append((asked, brief(said(study, option.text)), figure, text))
+                    rows.append((told.pop() if told else "", brief(said(study, option.text)), figure, text))
         if note := printed.notes.get(question.name):
-            notes.append(f"{asked} {note}")
-    head = ("Question", "Answer", f"Source ({printed.people} people)", "Here, with interval")
+            notes.append(f"{question.name}: {note}")
+    head = ("Question", "Answer", f"Source ({printed.people} people)", "Here (95 % interval)")
+    if notes:
+        notes.insert(0, "Remarks on what the source printed:")
     return Part(f"Beside {printed.source}", notes=notes, tables=[Table(head, rows)])
 
 

@@ -10,7 +10,7 @@ from greensward.study.model import Choice, Comment, Pairs, Quantity, Question, S
 from greensward.study.plan import Answer
 from greensward.study.statistics import Estimate
 
-NONE = "–"
+_NONE = "–"
 _MOST_ROWS = 100
 _MOST_LETTERS = 300
 
@@ -80,7 +80,7 @@ def _choice(question: Choice, study: Study, mine: Sequence[Answer]) -> Part:
             interval = f"{100 * (share.low or 0):.1f} to {100 * (share.high or 0):.1f}"
             rows.append((brief(text) + mark, str(parts[value]), f"{100 * share.value:.1f}", interval))
             bars.append(share)
-    tables = [Table(("Answer", "People", "Share, %", "Interval, %"), rows, bars=bars)] if rows else []
+    tables = [Table(("Answer", "People", "Share, %", "95 % interval, %"), rows, bars=bars)] if rows else []
     if words := [answer.other for answer in mine if answer.other.strip()]:
         tables.append(_words(words))
     several = "several answers of each; shares are of all who were asked" if question.many else "one answer of each"
@@ -116,7 +116,7 @@ def _staircase(question: Staircase, study: Study, mine: Sequence[Answer]) -> Par
     unit = "size of the difference" if question.sizes else "level, 1 being the nearest to the reference"
     part = _distribution(question, study, values, asked, unit, None)
     if too_few := len(found) - len(values):
-        part.notes.append(f"{too_few} people turned too seldom for a threshold.")
+        part.notes.append(f"People who turned too seldom for a threshold: {too_few}.")
     return part
 
 
@@ -138,10 +138,10 @@ def _distribution(
     ]
     if len(values) > 1:
         spread = (sum((value - mean.value) ** 2 for value in values) / (len(values) - 1)) ** 0.5
-        rows.append(("Standard deviation", f"{spread:.2f}", NONE))
+        rows.append(("Standard deviation", f"{spread:.2f}", _NONE))
     alt = f"Histogram of {len(values)} people: mean {with_interval(mean, 2)}"
     plot = Plot(plots.histogram(values, mean, unit, scale), alt)
-    table = Table((f"{len(values)} people", "Value", "Interval"), rows)
+    table = Table((f"{len(values)} people", "Value", "95 % interval"), rows)
     return Part(title, question.name, asked, tables=[table], plot=plot)
 
 
@@ -151,9 +151,9 @@ def _pairs(question: Pairs, study: Study, mine: Sequence[Answer]) -> Part:
     people = max((score.count for score in scored.values()), default=0)
     rows = []
     for name, score in found.scores.items():
-        told = _value_and_interval(score, 2) if score else (NONE, NONE)
+        told = _value_and_interval(score, 2) if score else (_NONE, _NONE)
         rows.append((name, *told, *map(str, found.counts[name])))
-    head = ("Picture", "Score", "Interval", "Preferred", "No difference", "Not preferred")
+    head = ("Picture", "Score", "95 % interval", "Preferred", "No difference", "Not preferred")
     notes = []
     if found.tie:
         equal = found.tie / (2 + found.tie)
@@ -209,24 +209,24 @@ def brief(text: str, letters: int = 160) -> str:
 
 def figure(value: float | None, decimals: int) -> str:
     """A number in words, a dash for None."""
-    return NONE if value is None else f"{value:.{decimals}f}".replace("-", "−")
+    return _NONE if value is None else f"{value:.{decimals}f}".replace("-", "−")
 
 
 def _value_and_interval(estimate: Estimate, decimals: int) -> tuple[str, str]:
     low, high = figure(estimate.low, decimals), figure(estimate.high, decimals)
-    return figure(estimate.value, decimals), NONE if estimate.low is None else f"{low} to {high}"
+    return figure(estimate.value, decimals), _NONE if estimate.low is None else f"{low} to {high}"
 
 
 def with_interval(estimate: Estimate | None, decimals: int, unit: str = "") -> str:
     """A value with its interval in words."""
     if estimate is None:
-        return NONE
+        return _NONE
     value, interval = _value_and_interval(estimate, decimals)
-    return f"{value}{unit}" + ("" if interval == NONE else f" ({interval})")
+    return f"{value}{unit}" + ("" if interval == _NONE else f" ({interval})")
 
 
 def percent(share: Estimate | None, decimals: int) -> str:
     """A share with its interval in words, in percent."""
     if share is None:
-        return NONE
+        return _NONE
     return f"{100 * share.value:.{decimals}f} % ({100 * (share.low or 0):.0f} to {100 * (share.high or 0):.0f})"
