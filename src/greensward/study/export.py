@@ -15,7 +15,7 @@ _COLUMNS = (
     "person", "language", "begun", "finished", "question", "trial", "role", "shown", "value", "other", "seconds", "at"
 )  # fmt: skip
 _FORMULAS = ("=", "+", "-", "@", "＝", "＋", "－", "＠")
-"""What spreadsheets take for the beginning of a formula, also behind blanks, which some cut off."""
+"""Beginnings of formulas for spreadsheets, also behind blanks, which some cut off."""
 
 
 def export_answers(answers: Iterable[Answer], people: Iterable[Person], path: Path) -> None:

@@ -14,7 +14,7 @@ from greensward.scene import GreenswardError
 from greensward.scene.files import written_aside
 from greensward.study import plots, statistics
 from greensward.study.export import export_answers, in_order
-from greensward.study.model import LANGUAGES, Choice, Pairs, Quantity, Score, Staircase, Study
+from greensward.study.model import LANGUAGES, Choice, Pairs, Quantity, Question, Score, Staircase, Study
 from greensward.study.plan import Answer, Person, Trial, problem_of
 from greensward.study.results import (
     Part,
@@ -50,7 +50,7 @@ _METHODS = (
 
 @dataclass(frozen=True)
 class Printed:
-    """What a source printed of its answers, for a table beside ours."""
+    """A source's printed answers, for a table beside ours."""
 
     source: str
     people: int
@@ -99,7 +99,8 @@ def write_report(
 
 
 def _parts(study: Study, people: Sequence[Person], answers: Sequence[Answer], printed: Printed | None) -> list[Part]:
-    sound = [answer for answer in answers if _is_sound(study, answer)]
+    asked = {question.name: question for question in study.question}
+    sound = [answer for answer in answers if _is_sound(asked.get(answer.question), answer)]
     out = statistics.left_out(study, sound)
     counted = [answer for answer in sound if answer.person not in out]
     parts = [_people(study, people, answers, out, len(answers) - len(sound)), *_rules(study, out)]
@@ -114,11 +115,9 @@ def _parts(study: Study, people: Sequence[Person], answers: Sequence[Answer], pr
     return [*parts, Part("Methods", notes=list(_METHODS))]
 
 
-def _is_sound(study: Study, answer: Answer) -> bool:
+def _is_sound(question: Question | None, answer: Answer) -> bool:
     """False for an answer to what the study does not, or no longer, ask."""
-    try:
-        question = study.question_of(answer.question)
-    except KeyError:
+    if question is None:
         return False
     trial = Trial(question, answer.trial, answer.role, answer.shown)
     if isinstance(question, Pairs | Staircase) and (

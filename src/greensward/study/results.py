@@ -1,4 +1,4 @@
-"""What the answers to each question of a study tell: tables, plots and notes, without their layout."""
+"""Results of each question of a study: tables, plots and notes, without their layout."""
 
 import re
 from collections import Counter
@@ -40,16 +40,16 @@ class Part:
 
     title: str
     name: str = ""
-    """Of the question."""
+    """The question's, if it is of one."""
     asked: str = ""
-    """How it was asked."""
+    """The way it was asked, and how many answered."""
     notes: list[str] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     plot: Plot | None = None
 
 
 def result(question: Question, study: Study, mine: Sequence[Answer]) -> Part:
-    """What the answers to a question tell. Raises `GreenswardError` where a library is missing."""
+    """The part on a question and its answers. Raises `GreenswardError` where a library is missing."""
     match question:
         case _ if not mine:
             return Part(said(study, question.text), question.name, notes=["Nobody answered."])
@@ -157,7 +157,7 @@ def _pairs(question: Pairs, study: Study, mine: Sequence[Answer]) -> Part:
     notes = []
     if found.tie:
         equal = found.tie / (2 + found.tie)
-        notes.append(f"ν = {found.tie:.2f}: of two pictures of one score, {100 * equal:.0f} % see no difference.")
+        notes.append(f"ν = {found.tie:.2f}: of two pictures of equal score, {100 * equal:.0f} % see no difference.")
     if found.steadied:
         notes.append(
             "Comparisons do not bound all scores, as some pictures win or lose all, or are not connected. So each "

@@ -1,4 +1,4 @@
-"""What answers tell: means, shares, scores of pairs, agreement and thresholds, with their intervals.
+"""Statistics of answers: means, shares, scores of pairs, agreement and thresholds, with their intervals.
 
 Intervals hold 95 %. SciPy and krippendorff are imported late: they are in the extra `study`.
 """
@@ -44,7 +44,7 @@ class Ranking:
     scores: dict[str, Estimate | None]
     """Log-scores with mean 0, best first; None for a picture that nobody compared. Its count is that of people."""
     counts: dict[str, tuple[int, int, int]]
-    """How often each was preferred, equal, and not preferred."""
+    """Number of times that each was preferred, equal, and not preferred."""
     tie: float
     """Davidson's ν: of two equal pictures, "no difference" is ν / (2 + ν) of all answers."""
     groups: tuple[tuple[str, ...], ...]
@@ -55,7 +55,7 @@ class Ranking:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How much people agree in questions that have the same answers."""
+    """Agreement of people in questions that have the same answers."""
 
     questions: tuple[str, ...]
     level: Literal["nominal", "ordinal"]
@@ -207,7 +207,7 @@ def ranking(pairs: Pairs, answers: Iterable[Answer], seed: int = 1) -> Ranking:
 
 
 def _tallies(pairs: Pairs, answers: Iterable[Answer]) -> tuple[_Array, _Array]:
-    """Of each person, how often picture i was preferred to j, and how often they were equal: (people, K, K) each."""
+    """Number of times that a person preferred picture i to j, and found them equal: (people, K, K) each."""
     at = {name: i for i, name in enumerate(pairs.pictures)}
     plain = [
         answer
@@ -239,7 +239,7 @@ def _interval_over_people(wins: _Array, ties: _Array, seed: int) -> tuple[_Array
 
 
 def _closure(edges: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Whether j is reached from i along edges, for a batch (B, K, K) of graphs."""
+    """True where j is reached from i along edges, for a batch (B, K, K) of graphs."""
     reach = edges | np.eye(edges.shape[-1], dtype=bool)
     for _ in range(max(edges.shape[-1] - 1, 1).bit_length()):
         reach = (reach.astype(np.float32) @ reach.astype(np.float32)) > 0
