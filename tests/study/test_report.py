@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from greensward.scene import GreenswardError, InputError
-from greensward.study import report
+from greensward.study import plots, report, statistics
 from greensward.study.export import export_answers
 from greensward.study.model import Study
 from greensward.study.plan import TIE, Answer, Person, Stairs
@@ -220,6 +220,12 @@ def test_one_person_and_all_alike_leave_dashes(tmp_path):
     assert "turned too seldom for a threshold: 1." in text
     assert "No comparisons connect these groups" in text
     assert "nan" not in text
+
+
+def test_numbers_far_apart_are_drawn_in_few_bars():
+    values = [0.0, 1.0, 2.0, 1_000_000.0]
+    svg = plots.histogram(values, statistics.mean_of(values), "number")
+    assert len(svg) < 30_000
 
 
 def test_answers_to_what_is_not_asked_are_told_and_not_counted(tmp_path):

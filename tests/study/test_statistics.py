@@ -224,15 +224,13 @@ def test_answers_give_the_scores_of_their_tallies_and_neither_catches_nor_repeat
 
 
 def test_intervals_are_over_people_and_not_over_answers():
-    # each of ten people gives the same answer ten times: ten answers tell no more than one
-    wins = [[0, 6], [4, 0]]
+    # that each of ten people answers ten times alike tells no more than that each answers once
     once = [answer(k, "which", "a" if k < 6 else "b", "ab") for k in range(10)]
     question = pairs_study("ab").question[0]
-    narrow, wide = (statistics.ranking(question, answers) for answers in (given(wins, names="ab", people=1), once))
-    assert narrow.scores["a"].low is None
-    often = statistics.ranking(question, once * 10)
-    assert often.scores["a"].value == pytest.approx(wide.scores["a"].value)
-    assert often.scores["a"].low < 0 < often.scores["a"].high
+    single, often = (statistics.ranking(question, answers).scores["a"] for answers in (once, once * 10))
+    assert (often.value, often.low, often.high) == pytest.approx((single.value, single.low, single.high))
+    alone = statistics.ranking(question, given([[0, 6], [4, 0]], names="ab", people=1)).scores["a"]
+    assert (alone.value, alone.low) == (pytest.approx(single.value), None)
 
 
 def test_a_picture_that_loses_all_has_the_score_that_plackettluce_prints():

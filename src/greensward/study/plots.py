@@ -20,16 +20,15 @@ _WIDTH_IN = 6.4
 _MOST_BINS = 20
 
 
-def intervals(labels: Sequence[str], estimates: Sequence[Estimate], unit: str, zero: bool = False) -> str:
-    """An SVG of estimates below each other, with their intervals; `zero` marks 0."""
+def intervals(labels: Sequence[str], estimates: Sequence[Estimate], unit: str) -> str:
+    """An SVG of estimates below each other, with their intervals, and a line at 0."""
 
     def draw(axes: "Axes") -> None:
         for y, estimate in enumerate(estimates):
             if estimate.low is not None and estimate.high is not None:
                 axes.plot([estimate.low, estimate.high], [y, y], color=_ACCENT, linewidth=2, solid_capstyle="butt")
             axes.plot(estimate.value, y, "o", color=_ACCENT, markersize=7)
-        if zero:
-            axes.axvline(0, color=_INK, linewidth=0.6, linestyle=":")
+        axes.axvline(0, color=_INK, linewidth=0.6, linestyle=":")
         axes.set_yticks(range(len(labels)), [_cut(label) for label in labels])
         axes.set_ylim(len(labels) - 0.5, -0.5)
         axes.tick_params(axis="y", length=0)

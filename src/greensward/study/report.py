@@ -213,10 +213,10 @@ def _beside(study: Study, counted: Sequence[Answer], printed: Printed) -> Part:
         elif isinstance(question, Choice):
             parts, whole = tally(question, mine)
             for option in question.options:
-                if figure := figures.get(option.value):
+                if stands := figures.get(option.value):
                     share = statistics.share_of(parts[option.value], whole)
-                    text = percent(share, _decimals(figure))
-                    rows.append((told.pop() if told else "", brief(said(study, option.text)), figure, text))
+                    text = percent(share, _decimals(stands))
+                    rows.append((told.pop() if told else "", brief(said(study, option.text)), stands, text))
         if note := printed.notes.get(question.name):
             notes.append(f"{question.name}: {note}")
     head = ("Question", "Answer", f"Source ({printed.people} people)", "Here (95 % interval)")

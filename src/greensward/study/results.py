@@ -169,7 +169,7 @@ def _pairs(question: Pairs, study: Study, mine: Sequence[Answer]) -> Part:
     plot = None
     if scored:
         alt = "Scores with intervals: " + ", ".join(f"{name} {score.value:.2f}" for name, score in scored.items())
-        svg = plots.intervals(list(scored), list(scored.values()), "score (logarithm of odds, mean 0)", zero=True)
+        svg = plots.intervals(list(scored), list(scored.values()), "score (logarithm of odds, mean 0)")
         plot = Plot(svg, alt)
     asked = f"pairs, {people} people"
     return Part(said(study, question.text), question.name, asked, notes, [Table(head, rows)], plot)
@@ -217,12 +217,12 @@ def _value_and_interval(estimate: Estimate, decimals: int) -> tuple[str, str]:
     return figure(estimate.value, decimals), _NONE if estimate.low is None else f"{low} to {high}"
 
 
-def with_interval(estimate: Estimate | None, decimals: int, unit: str = "") -> str:
+def with_interval(estimate: Estimate | None, decimals: int) -> str:
     """A value with its interval in words."""
     if estimate is None:
         return _NONE
     value, interval = _value_and_interval(estimate, decimals)
-    return f"{value}{unit}" + ("" if interval == _NONE else f" ({interval})")
+    return value + ("" if interval == _NONE else f" ({interval})")
 
 
 def percent(share: Estimate | None, decimals: int) -> str:
