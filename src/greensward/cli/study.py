@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from greensward.cli.options import Device, progress, whole
+from greensward.cli.options import Device, named, progress, whole
 
 if TYPE_CHECKING:
     from greensward.study.model import Study
@@ -137,7 +137,8 @@ def _draw(study: "Study", folder: Path, device: str, again: bool) -> str:
     """Draw what is missing; tell how much that was."""
     from greensward.study.pictures import draw, to_draw
 
-    wanted = to_draw(study, folder, again)
+    with named(str(folder / "study.toml")):
+        wanted = to_draw(study, folder, again)
     for number, each in enumerate(wanted, 1):
         print(f"Drawing {each.file} ({number} of {len(wanted)})")
         with progress() as notify:

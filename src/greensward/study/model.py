@@ -65,7 +65,7 @@ class Picture(Model):
     lines: Annotated[Many[Line], Field(max_length=8)] = default(())
     """Lines across it."""
     alt: Words = ""
-    """What it shows, for those who cannot see it. It must not tell what is asked."""
+    """Description for those who cannot see it. It must not tell what is asked."""
 
     @model_validator(mode="after")
     def _has_one_source(self) -> Self:
@@ -91,7 +91,7 @@ class _Question(Model):
     text: Words
     """The question."""
     note: Words = ""
-    """What explains it, in smaller letters."""
+    """Explanation, in smaller letters."""
     page: Text = ""
     """Questions beside each other with the same page are asked on one. Left out, it has a page of its own."""
     required: Flag = True
@@ -132,9 +132,9 @@ class Score(_Shown):
     least: Count = Field(default=1, ge=0, le=10)
     most: Count = Field(default=5, ge=1, le=10)
     least_text: Words = ""
-    """What the lowest score means."""
+    """Meaning of the lowest score."""
     most_text: Words = ""
-    """What the highest score means."""
+    """Meaning of the highest score."""
 
     @model_validator(mode="after")
     def _has_a_range(self) -> Self:
@@ -241,15 +241,15 @@ class Study(Model):
 
     title: Words
     introduction: Words = ""
-    """What it is about, on the first page; an empty line begins a new paragraph."""
+    """Text of the first page; an empty line begins a new paragraph."""
     consent: Words
-    """What people agree to before the first question."""
+    """Statement that people agree to before the first question."""
     thanks: Words = ""
-    """What stands on the last page."""
+    """Text of the last page."""
     based_on: Literal["", "tillman2013-first", "tillman2013-second"] = ""
     """Published study with the same questions, whose figures the report shows beside its own."""
     contact: Text = ""
-    """Who answers for the study: a name and an address."""
+    """Name and address of those who answer for the study."""
     closes: datetime.date | None = None
     """Last day on which answers are taken."""
     languages: Annotated[Many[Literal["en", "de", "sv"]], Field(min_length=1)] = default(("en",))

@@ -58,7 +58,7 @@ def to_draw(study: Study, folder: Path, again: bool = False) -> list[Drawn]:
                 technique_settings=SETTINGS,
             )
         except SceneError as error:
-            problems += [f"picture[{i}]: {problem}" for problem in error.problems]
+            problems += [f"picture[{i}]: {problem}".replace(": --set: ", ".set: ", 1) for problem in error.problems]
             continue
         suffix = "mp4" if picture.seconds else "png"
         file = folder / PICTURES / f"{picture.name}.{suffix}"

@@ -1,4 +1,4 @@
-"""What a person is asked: trials in their order, with random sides, repeats, catch trials and staircases."""
+"""Trials of a person in their order, with random sides, repeats, catch trials and staircases."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -34,7 +34,7 @@ class Answer:
     person: int
     question: str
     trial: int
-    """Of the question's trials, from 0."""
+    """Number among the question's trials, from 0."""
     role: Literal["plain", "repeat", "catch"]
     shown: tuple[str, ...]
     """Pictures, from left to right, or from top to bottom."""
@@ -175,7 +175,7 @@ MOST_WRITTEN = 4000
 
 
 def problem_of(trial: Trial, value: Value, other: str = "") -> str:
-    """What is wrong with an answer to a trial, as a word of the page's texts; empty where it is sound."""
+    """Name the fault of an answer to a trial, by a word of the page's texts; empty where it is sound."""
     question = trial.question
     if value in (None, "", []) and not other.strip():
         return "required" if question.required else ""
