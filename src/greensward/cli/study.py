@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from greensward.cli.options import Device, named, progress, whole
+from greensward.cli.options import Device, progress, whole
 
 if TYPE_CHECKING:
     from greensward.study.model import Study
@@ -39,7 +39,7 @@ def new(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A folder that is new or empty.")],
     like: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="A study that comes with greensward, as `study list` names them."),
+        typer.Option(metavar="NAME", help="A study that comes along, as `study list` names them."),
     ] = None,
 ) -> None:
     """Make a folder with a commented study.toml to start from."""
@@ -84,15 +84,20 @@ def serve(
     ] = "127.0.0.1",
     port: Annotated[Any, typer.Option(parser=whole(0, 65535), metavar="N", help="Port to listen on.")] = "8000",
     database: _Database = None,
+    behind_proxy: Annotated[
+        bool, typer.Option("--behind-proxy", help="Trust the proxy in front for addresses and https.")
+    ] = False,
     device: Device = "auto",
 ) -> None:
     """Show the page of a study to people, and keep their answers. Missing pictures are drawn first."""
     study, folder = _opened(folder)
     _needs_extra()
-    _draw(study, folder, device, again=False)
     from greensward.study.server import serve as serve_study
+    from greensward.study.store import Store
 
-    serve_study(study, folder, database, host, port)
+    with Store.open(folder, database):
+        _draw(study, folder, device, again=False)
+    serve_study(study, folder, database, host, port, behind_proxy=behind_proxy)
 
 
 @app.command()
@@ -107,14 +112,35 @@ def report(
     """Summarise the answers: report.html, report.md, plots, and the answers as CSV."""
     study, folder = _opened(folder)
     _needs_extra()
-    from greensward.study.report import write_report
+    from greensward.study.report import printed_tables, write_report
     from greensward.study.store import Store
 
     with Store.open(folder, database) as store:
         people, answers = store.people(), store.answers()
     where = output or folder / "report"
-    write_report(study, people, answers, where)
+    write_report(study, people, answers, where, printed_tables().get(study.based_on))
     print(f"{where / 'report.html'}: {len(people)} people, {len(answers)} answers")
+
+
+@app.command()
+def export(
+    folder: _Folder,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="The answers: .csv or .parquet.")],
+    database: _Database = None,
+) -> None:
+    """Write all answers into a table, also while the study goes on."""
+    from greensward.scene.files import check_writable
+
+    check_writable(output, (".csv", ".parquet"))
+    _, folder = _opened(folder)
+    _needs_extra()
+    from greensward.study.export import export_answers
+    from greensward.study.store import Store
+
+    with Store.open(folder, database) as store:
+        people, answers = store.people(), store.answers()
+    export_answers(answers, people, output)
+    print(f"{output}: {len(answers)} answers of {len(people)} people")
 
 
 def _opened(folder: Path) -> tuple["Study", Path]:
@@ -135,10 +161,13 @@ def _opened(folder: Path) -> tuple["Study", Path]:
 
 def _draw(study: "Study", folder: Path, device: str, again: bool) -> str:
     """Draw what is missing; tell how much that was."""
+    from greensward.scene.errors import SceneError
     from greensward.study.pictures import draw, to_draw
 
-    with named(str(folder / "study.toml")):
+    try:
         wanted = to_draw(study, folder, again)
+    except SceneError as error:
+        raise SceneError(f"{folder / 'study.toml'}: {problem}" for problem in error.problems) from None
     for number, each in enumerate(wanted, 1):
         print(f"Drawing {each.file} ({number} of {len(wanted)})")
         with progress() as notify:

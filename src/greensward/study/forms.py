@@ -24,9 +24,9 @@ class Filled:
 
     answers: list[Answer] = field(default_factory=list)
     problems: dict[str, str] = field(default_factory=dict)
-    """By a trial's key, a word that the page has a sentence for."""
+    """Word of the page's texts for each fault, by the trial's key."""
     given: dict[str, tuple[Sequence[str], str]] = field(default_factory=dict)
-    """Fields as they were sent, by a trial's key: values, and the answer in own words."""
+    """Fields as they were sent, by the trial's key: values, and the answer in own words."""
 
 
 def fields_of(body: bytes) -> dict[str, list[str]]:

@@ -64,6 +64,8 @@ class Picture(Model):
     """Samples of each pixel."""
     lines: Annotated[Many[Line], Field(max_length=8)] = default(())
     """Lines across it."""
+    caption: Words = ""
+    """Caption below it. Left out, those that are shown together are numbered."""
     alt: Words = ""
     """Description for those who cannot see it. It must not tell what is asked."""
 
@@ -284,7 +286,11 @@ class Study(Model):
 
     def _words(self) -> list[tuple[str, str | dict[str, str]]]:
         found = [(name, getattr(self, name)) for name in ("title", "introduction", "consent", "thanks")]
-        found += [(f"picture[{i}].alt", picture.alt) for i, picture in enumerate(self.picture)]
+        found += [
+            (f"picture[{i}].{key}", getattr(picture, key))
+            for i, picture in enumerate(self.picture)
+            for key in ("caption", "alt")
+        ]
         for i, question in enumerate(self.question):
             keys = [key for key in ("text", "note", "least_text", "most_text") if hasattr(question, key)]
             found += [(f"question[{i}].{key}", getattr(question, key)) for key in keys]

@@ -116,7 +116,7 @@ def _named(picture: Picture) -> Iterator[None]:
 
 
 def _digest(study: Study, picture: Picture, scene: Scene) -> str:
-    of = [picture.model_dump_json(exclude={"alt"}), list(study.size), dump(scene)]
+    of = [picture.model_dump_json(exclude={"alt", "caption"}), list(study.size), dump(scene)]
     return hashlib.sha256(json.dumps(of).encode()).hexdigest()[:16]
 
 
@@ -130,9 +130,9 @@ def _made(folder: Path) -> dict[str, str]:
 
 
 def _lined(image: npt.NDArray[np.uint8], picture: Picture) -> npt.NDArray[np.uint8]:
-    """The picture with its lines, each a 240th of its height thick."""
+    """The picture with its lines, each a 160th of its height thick."""
     height = len(image)
-    half = max(height // 480, 1)
+    half = max(height // 320, 1)
     image = image.copy() if picture.lines else image
     for line in picture.lines:
         row = round(line.at * (height - 1))

@@ -1,6 +1,7 @@
 """The page of a study, and what takes its answers: an ASGI application."""
 
 import hmac
+import signal
 import socket
 import time
 import tomllib
@@ -9,6 +10,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from datetime import UTC, datetime
 from importlib.resources import files
 from pathlib import Path
+from types import FrameType
 from typing import Any, TypeAlias
 
 import uvicorn
@@ -19,6 +21,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.routing import Route
 
+from greensward.interrupts import handled
 from greensward.scene.errors import GreenswardError, InputError
 from greensward.study.forms import MOST_BYTES, Filled, FormError, fields_of, filled
 from greensward.study.model import LANGUAGES, Pairs, Picture, Staircase, Study, say
@@ -91,7 +94,11 @@ class _Site:
             for language in study.languages
         }
         self._templates = Environment(
-            loader=PackageLoader("greensward", _FOLDER), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+            loader=PackageLoader("greensward", _FOLDER),
+            autoescape=True,
+            undefined=StrictUndefined,
+            trim_blocks=True,
+            auto_reload=False,
         )
         self._pictures = {picture.name: picture for picture in study.picture}
         self._by_hidden = {store.hidden(f"picture {name}"): name for name in self._pictures}
@@ -144,13 +151,18 @@ class _Site:
 
     # Sessions -----------------------------------------------------------------------------------------------
 
-    def _session(self, request: Request) -> tuple[Person, str, str]:
-        """The person of a request, the session's token, and the code. Raises `_Stop` where there is none."""
-        token, _, code = request.cookies.get(_COOKIE, "").partition(".")
+    def _session(self, request: Request) -> tuple[Person, str]:
+        """The person of a request, and the session's token. Raises `_Stop` where there is none."""
+        token = request.cookies.get(_COOKIE, "").partition(".")[0]
         person = self.store.of_token(token) if token else None
         if not person:
             raise _Stop(403, "no_session")
-        return person, token, code if self.store.is_code_of(code, person) else ""
+        return person, token
+
+    def _code_of(self, request: Request, person: Person) -> str:
+        """The code of a person, which only the browser keeps; empty where it has another."""
+        code = str(request.cookies.get(_COOKIE, "").partition(".")[2])
+        return code if self.store.is_code_of(code, person) else ""
 
     def _key(self, token: str) -> str:
         """A word of the forms of a session, which other sites cannot know."""
@@ -224,7 +236,7 @@ class _Site:
         return self._signed_in(request, token, code, "/page/1")
 
     def _page(self, request: Request) -> Response:
-        person, token, _ = self._session(request)
+        person, token = self._session(request)
         answers = self.store.answers_of(person)
         every = pages(self.study, person.number, answers)
         number, reached = request.path_params["number"], _reached(every, answers)
@@ -284,7 +296,7 @@ class _Site:
 
     def _take(self, request: Request) -> Response:
         fields: Fields = request.state.fields
-        person, token, _ = self._session(request)
+        person, token = self._session(request)
         self._check(token, fields)
         self._sent.take(str(person.number))
         if self._closed():
@@ -321,18 +333,18 @@ class _Site:
         return RedirectResponse("/end", 303)
 
     def _pause(self, request: Request) -> Response:
-        person, _, code = self._session(request)
+        person, _ = self._session(request)
         answers = self.store.answers_of(person)
         reached = _reached(pages(self.study, person.number, answers), answers)
-        return self._html("pause", person.language, code=code, number=reached)
+        return self._html("pause", person.language, code=self._code_of(request, person), number=reached)
 
     def _end(self, request: Request) -> Response:
-        person, _, code = self._session(request)
+        person, _ = self._session(request)
         answers = self.store.answers_of(person)
         every = pages(self.study, person.number, answers)
         if (reached := _reached(every, answers)) <= len(every):
             return RedirectResponse(f"/page/{reached}", 303)
-        return self._html("end", person.language, code=code)
+        return self._html("end", person.language, code=self._code_of(request, person))
 
     def _code(self, request: Request) -> Response:
         return self._html("code", self._language(request), what="resume", problem="")
@@ -369,7 +381,7 @@ class _Site:
 
     def _seen(self, request: Request) -> Response:
         """A picture of a trial of this session."""
-        person, _, _ = self._session(request)
+        person, _ = self._session(request)
         key = f"{request.path_params['question']}.{request.path_params['trial']}"
         every = pages(self.study, person.number, self.store.answers_of(person))
         trial = next((each for page in every for each in page.trials if each.key == key), None)
@@ -428,7 +440,21 @@ def serve(
                 app, access_log=False, log_level="error", server_header=False, proxy_headers=behind_proxy,
                 timeout_keep_alive=30, h11_max_incomplete_event_size=16_384,
             )  # fmt: skip
-            uvicorn.Server(config).run(sockets=[listening])
+            _run(uvicorn.Server(config), listening)
+
+
+def _run(server: uvicorn.Server, listening: socket.socket) -> None:
+    """Run until a signal comes, end open connections, and then end the program as the signal does elsewhere."""
+    came: list[int] = []
+
+    def end(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+        server.handle_exit(number, frame)
+
+    server.capture_signals = lambda: handled(end)
+    server.run(sockets=[listening])
+    for number in came[:1]:
+        signal.raise_signal(number)
 
 
 async def _form(request: Request) -> dict[str, list[str]]:

@@ -61,7 +61,8 @@ class Store:
     def __init__(self, address: str, label: str) -> None:
         self._label = label
         try:
-            self._engine = sql.create_engine(address, pool_size=20, max_overflow=30, pool_pre_ping=True)
+            is_file = address.startswith("sqlite:")
+            self._engine = sql.create_engine(address, pool_size=20, max_overflow=30, pool_pre_ping=not is_file)
         except (SQLAlchemyError, ImportError, ValueError) as error:
             raise InputError(f"{label}: is no address of a database ({_words(error)})") from None
         self._is_file = self._engine.dialect.name == "sqlite"
