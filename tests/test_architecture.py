@@ -16,7 +16,7 @@ _ROOT = Path(greensward.__file__).parent
 # from those to its right.
 _LAYERS = (
     ("__init__",),
-    ("cli", "viewer", "bench"),
+    ("cli", "viewer", "bench", "study"),
     ("renderer",),
     ("eyes",),
     ("lens", "queries"),
@@ -29,7 +29,7 @@ _LAYERS = (
     ("scene",),
     ("aovs", "interrupts"),
 )
-_ORDERED = {"cli", "viewer", "bench", "motion", "culling", "sowing", "objects", "ground"}
+_ORDERED = {"cli", "viewer", "bench", "study", "motion", "culling", "sowing", "objects", "ground"}
 _FORBIDDEN = {"utils", "util", "helpers", "helper", "manager", "core", "common", "misc", "base_class"}
 _NEITHER_VERB_NOR_NOUN = """
     what where whether how which who whom whose when why while than because if as of in on at to from for by with

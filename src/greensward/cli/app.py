@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from greensward import __version__
+from greensward.cli import study
 from greensward.cli.animate import animate
 from greensward.cli.bench import bench
 from greensward.cli.check import check
@@ -34,6 +35,7 @@ app = typer.Typer(
 )
 for command in (render, animate, view, scenes, new, check, info, stamp, bench):
     app.command(epilog=getattr(sys.modules[command.__module__], "EXAMPLES", None))(command)
+app.add_typer(study.app, name="study", help="Ask people how grass looks.", epilog=study.EXAMPLES)
 
 
 def _version(wanted: bool) -> None:

@@ -17,10 +17,16 @@ def new(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that is new or empty.")],
 ) -> None:
     """Make a folder with a commented scene file to start from."""
+    scene = write_into_new(folder, "scene.toml", (files("greensward.scene") / "template.toml").read_bytes())
+    print(f"Wrote {scene}. Change it, then: greensward render {scene} -o {folder.name or 'scene'}.png")
+
+
+def write_into_new(folder: Path, name: str, content: bytes) -> Path:
+    """Write a file into a folder that is new or empty; returns its path. Raises `InputError`."""
     from greensward.scene.errors import GreenswardError, InputError
     from greensward.scene.files import written_aside
 
-    scene = folder / "scene.toml"
+    file = folder / name
     try:
         made = not folder.exists()
         if not made and not folder.is_dir():
@@ -31,11 +37,11 @@ def new(
     except (OSError, ValueError) as error:
         raise InputError(f"{folder}: cannot be made: {getattr(error, 'strerror', None) or error}") from None
     try:
-        with written_aside(scene) as stream:
-            stream.write((files("greensward.scene") / "template.toml").read_bytes())
+        with written_aside(file) as stream:
+            stream.write(content)
     except GreenswardError:
         if made:
             with contextlib.suppress(OSError):
                 folder.rmdir()
         raise
-    print(f"Wrote {scene}. Change it, then: greensward render {scene} -o {folder.name or 'scene'}.png")
+    return file

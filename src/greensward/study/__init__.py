@@ -1,0 +1,1 @@
+"""Studies: what people say of pictures of grass, asked, kept and summarised."""

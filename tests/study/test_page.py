@@ -1,0 +1,266 @@
+"""The page of a study in a real browser: by keyboard alone, on a phone and on a desk, for everybody."""
+
+import shutil
+from urllib.parse import urlparse
+
+import pytest
+from sites import served, study_in
+
+from greensward.study.model import load_study, shipped
+
+_CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+pytestmark = [
+    pytest.mark.skipif(not _CHROMIUM, reason="no Chromium is installed"),
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+]
+_PHONE, _DESK = {"width": 360, "height": 640}, {"width": 1280, "height": 800}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=_CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def site(tmp_path):
+    with served(study_in(tmp_path), tmp_path) as (address, store):
+        yield address, store
+
+
+@pytest.fixture
+def visit(browser):
+    """Open a page in a context of its own; an error of its console fails the test."""
+    contexts, errors = [], []
+
+    def open_page(address, viewport=_DESK, **options):
+        context = browser.new_context(viewport=viewport, **options)
+        context.set_default_timeout(5_000)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+        page.goto(address)
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert [error for error in errors if "422" not in error] == []
+
+
+def _begin(page):
+    page.get_by_role("checkbox").check()
+    page.get_by_role("button", name="Begin").click()
+    page.wait_for_url("**/page/1")
+
+
+def _press(page, *keys):
+    for key in keys:
+        page.keyboard.press(key)
+
+
+def _focus(page, selector):
+    """Go by the tab key to what a selector finds, as somebody without a mouse does."""
+    for _ in range(60):
+        if page.evaluate("s => document.activeElement?.matches(s) ?? false", selector):
+            return
+        page.keyboard.press("Tab")
+    raise AssertionError(f"no way to {selector} by the tab key")
+
+
+def _next(page):
+    before = page.url
+    _focus(page, "button[value=next]")
+    page.keyboard.press("Enter")
+    page.wait_for_function("before => location.href !== before", arg=before)
+
+
+def _by_keyboard(page):
+    _focus(page, "#agree")
+    page.keyboard.press("Space")
+    _focus(page, "button.main")
+    page.keyboard.press("Enter")
+    page.wait_for_url("**/page/1")
+    _focus(page, "#q-age")
+    page.keyboard.type("33")
+    _focus(page, "[name='a.seen.0']")
+    page.keyboard.press("Space")
+    _focus(page, "[name='o.seen.0']")
+    page.keyboard.type("moss <b>&")
+    _next(page)
+    _focus(page, "[name='a.best.0']")
+    page.keyboard.press("ArrowDown")
+    _next(page)
+    _focus(page, "[name='a.real.0']")
+    page.keyboard.press("4")
+    _next(page)
+    page.keyboard.press("ArrowDown")
+    _next(page)
+    while page.locator(".pair").count():
+        page.keyboard.press("ArrowLeft")
+        _next(page)
+    _focus(page, "textarea")
+    page.keyboard.type("Fine.")
+    _next(page)
+
+
+@pytest.mark.parametrize("viewport", [_PHONE, _DESK])
+def test_all_is_answered_by_keyboard_alone(site, visit, viewport):
+    address, store = site
+    page = visit(address, viewport)
+    _by_keyboard(page)
+    assert urlparse(page.url).path == "/end"
+    answers = {f"{each.question}.{each.trial}": each for each in store.answers()}
+    assert answers["age.0"].value == 33
+    assert (answers["seen.0"].value, answers["seen.0"].other) == (["yes"], "moss <b>&")
+    assert answers["best.0"].value == "no"
+    assert answers["real.0"].value == 4
+    assert answers["pair.0"].value == "="
+    assert answers["more.0"].value == "Fine."
+    assert all(each.value == each.shown[0] for key, each in answers.items() if key.startswith("stairs"))
+    assert 0.0 < answers["real.0"].seconds < 60.0
+    assert store.people()[0].finished
+
+
+def _sound(page, axe):
+    """Assert that axe-core finds nothing, and that nothing is wider than the window."""
+    found = axe.run(
+        page, options={"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]}
+    )
+    assert found.response["violations"] == [], found.generate_report()
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), page.url
+
+
+@pytest.mark.parametrize(("viewport", "scheme"), [(_PHONE, "light"), (_DESK, "dark")])
+def test_every_page_is_for_everybody(site, visit, viewport, scheme):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    page = visit(site[0], viewport, color_scheme=scheme)
+    _sound(page, axe)
+    _begin(page)
+    seen = set()
+    while urlparse(page.url).path != "/end":
+        kinds = tuple(page.locator("fieldset, textarea, .number").evaluate_all("e => e.map(x => x.className)"))
+        if kinds not in seen:
+            _sound(page, axe)
+            if page.locator("[required]").count():
+                page.get_by_role("button", name="Next").click()
+                page.wait_for_selector(".errors")
+                assert page.evaluate("document.activeElement.className") == "errors"
+                _sound(page, axe)
+            seen.add(kinds)
+        if page.locator("#q-age").count():
+            page.locator("#q-age").fill("40")
+        elif page.locator("input[type=radio]").count():
+            page.locator("input[type=radio]").first.check()
+        page.get_by_role("button", name="Next").click()
+    _sound(page, axe)
+    for path in ("/pause", "/code", "/delete"):
+        page.goto(site[0] + path)
+        _sound(page, axe)
+
+
+def test_back_reload_two_tabs_and_double_clicks_lose_and_double_nothing(site, visit):
+    address, store = site
+    page = visit(address)
+    _begin(page)
+    page.locator("#q-age").fill("20")
+    page.get_by_role("button", name="Next").dblclick()
+    page.wait_for_url("**/page/2")
+    assert len(store.answers()) == 2
+    page.go_back()
+    page.locator("#q-age").fill("21")
+    page.get_by_role("button", name="Next").click()
+    page.wait_for_url("**/page/2")
+    assert [each.value for each in store.answers() if each.question == "age"] == [21]
+    page.reload()
+    other = page.context.new_page()
+    other.goto(f"{address}/page/2")
+    for tab in (page, other):
+        tab.locator("input[value=yes]").check()
+        tab.get_by_role("button", name="Next").click()
+        tab.wait_for_url("**/page/3")
+    assert sum(each.question == "best" for each in store.answers()) == 1
+    page.goto(f"{address}/page/7")  # not its turn yet
+    assert urlparse(page.url).path == "/page/3"
+    page.get_by_role("button", name="Back").click()
+    assert page.locator("input[value=yes]").is_checked()
+
+
+def test_a_pause_is_ended_on_another_device_by_the_code(site, visit):
+    address, store = site
+    page = visit(address)
+    _begin(page)
+    page.locator("#q-age").fill("20")
+    page.get_by_role("button", name="Pause").click()
+    code = page.locator(".code").inner_text()
+    phone = visit(f"{address}/code", _PHONE)
+    phone.get_by_label("Code").fill(code.lower().replace("-", " "))
+    phone.get_by_role("button", name="Come back").click()
+    phone.wait_for_url("**/page/1")
+    assert phone.locator("#q-age").input_value() == "20"
+    assert len(store.people()) == 1
+    phone.goto(f"{address}/delete")
+    phone.get_by_label("Code").fill(code)
+    phone.get_by_role("button", name="Delete my answers").click()
+    phone.get_by_text("Your answers are deleted.").wait_for()
+    assert (store.people(), store.answers()) == ([], [])
+
+
+def test_a_slow_network_sends_once(site, visit):
+    address, store = site
+    page = visit(address)
+    _begin(page)
+    posts = []
+
+    def late(route):
+        if route.request.method == "POST":
+            posts.append(route.request.url)
+            page.wait_for_timeout(400)
+        route.continue_()
+
+    page.route("**/page/*", late)
+    page.locator("#q-age").fill("20")
+    page.evaluate("for (let i = 0; i < 3; i++) document.querySelector('button[value=next]').click()")
+    page.wait_for_url("**/page/2")
+    assert len(posts) == 1
+    assert len(store.answers()) == 2
+
+
+def test_the_page_works_without_its_script(site, visit):
+    page = visit(site[0], java_script_enabled=False)
+    _begin(page)
+    page.locator("#q-age").fill("20")
+    page.get_by_role("button", name="Next").click()
+    page.wait_for_url("**/page/2")
+
+
+def test_the_shipped_questionnaires_are_answered_in_every_language(browser, visit, tmp_path):
+    for name, words in (("tillman2013-first", "de"), ("tillman2013-second", "sv")):
+        folder = tmp_path / name
+        folder.mkdir()
+        made = study_in(folder)
+        study = load_study(shipped()[name])
+        bare = {"scene": "", "set": {}, "technique": "", "seconds": 0.0}
+        pictures = [picture.model_copy(update={"file": "p0.png", **bare}) for picture in study.picture]
+        study = study.model_copy(update={"picture": tuple(pictures), "size": made.size})
+        with served(study, folder) as (address, store):
+            page = visit(f"{address}/?language={words}")
+            page.get_by_role("checkbox").check()
+            page.locator("button.main").click()
+            while urlparse(page.url).path != "/end":
+                assert page.locator("html").get_attribute("lang") == words
+                for group in page.locator("fieldset").all():
+                    wanted = (
+                        group.locator("[value='4']")
+                        if group.locator("[value='4']").count()
+                        else group.locator("input")
+                    )
+                    wanted.first.check()
+                for field in page.locator("input[type=text]:not([name^='o.']), textarea").all():
+                    field.fill("23")
+                page.locator("button[value=next]").click()
+            assert {each.question for each in store.answers()} == {question.name for question in study.question}
