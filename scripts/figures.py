@@ -291,7 +291,7 @@ def fuzz() -> str:
             told[name] = told.get(name, 0) + number_of
         outcomes = ", ".join(f"{number_of:,} {name}" for name, number_of in sorted(told.items()))
         table.add(kind, f"{sum(counts.values()):,}", outcomes)
-    return str(table)
+    return table.markdown()
 
 
 def starts() -> str:

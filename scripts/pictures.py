@@ -8,14 +8,18 @@ Each is a JPEG or WebP of at most 300 kB: the quality is lowered until it fits.
 """
 
 import argparse
+import contextlib
 import io
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 import tomllib
 from bisect import bisect_left
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, get_args
 
@@ -354,6 +358,68 @@ def hosts(size: Size, samples: int) -> Picture:  # noqa: ARG001
     return sheet(panels, 2)
 
 
+def study_page(size: Size, samples: int) -> Picture:
+    """The page of a shipped study in Chromium, on a desk and on a phone, and its report."""
+    from playwright.sync_api import sync_playwright
+
+    from greensward.study.model import load_study, shipped
+    from greensward.study.pictures import draw as draw_picture
+    from greensward.study.pictures import to_draw
+
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))))
+    study = load_study(shipped()["tillman2013-second"])
+    study = study.model_copy(
+        update={
+            "size": size,
+            "picture": tuple(each.model_copy(update={"samples": samples}) for each in study.picture),
+        }
+    )
+    with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
+        folder = Path(name)
+        for each in to_draw(study, folder):
+            draw_picture(study, folder, each)
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        shots = []
+        with served(study, folder) as address:
+            for width, high, scheme in ((1120, 760, "light"), (390, 760, "dark")):
+                page = browser.new_page(viewport={"width": width, "height": high}, color_scheme=scheme)
+                page.goto(f"{address}/?language=en")
+                page.get_by_role("checkbox").check()
+                page.locator("button.main").click()
+                page.locator("#q-age").fill("30")
+                page.get_by_label("Female").check()
+                page.locator("button.main").click()
+                page.get_by_label("4", exact=True).check()
+                page.wait_for_load_state("networkidle")
+                page.mouse.move(0, 0)
+                shots.append(np.array(Image.open(io.BytesIO(page.screenshot())).convert("RGB")))
+        browser.close()
+    gap = np.full((760, 24, 3), 255, np.uint8)
+    both = Image.fromarray(np.concatenate([shots[0], gap, shots[1]], axis=1))
+    return np.asarray(both.resize((880, 436), Image.Resampling.LANCZOS))
+
+
+@contextlib.contextmanager
+def served(study: Any, folder: Path) -> Iterator[str]:
+    """Serve a study from a thread; gives its address."""
+    import uvicorn
+
+    from greensward.study.server import make_app
+    from greensward.study.store import Store
+
+    with Store.open(folder) as store:
+        server = uvicorn.Server(uvicorn.Config(make_app(study, folder, store), port=0, log_level="error"))
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        while not server.started:
+            time.sleep(0.01)
+        try:
+            yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+        finally:
+            server.should_exit = True
+            thread.join()
+
+
 def lenses(size: Size, samples: int) -> Picture:
     scene = gs.load("meadow")
     camera, (x, _, z) = scene.camera, scene.camera.position_m
@@ -580,6 +646,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "embed.jpg": (embed, (960, 540), 16),
     "lenses.webp": (lenses, (400, 240), 16),
     "hosts.webp": (hosts, (400, 225), 1),
+    "study.webp": (study_page, (1280, 720), 8),
     "viewer.webp": (viewer_window, (1280, 800), 16),
     "viewer-mow.webp": (viewer_mow, (1280, 800), 16),
     "viewer-split.webp": (viewer_split, (1280, 800), 16),

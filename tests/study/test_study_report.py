@@ -6,6 +6,7 @@ import io
 import re
 import sys
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -465,3 +466,21 @@ def test_sources_are_complete():
         assert printed.notes.keys() <= printed.answers.keys()
         assert dataclasses.asdict(printed)["people"] > 0
     assert report.printed_tables()["tillman2013-second"].answers["far"] == "3.70"
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_the_documentation_shows_what_the_report_says(name, tmp_path):
+    asked, people, answers, printed = source_study(name)
+    write_report(asked, people, answers, tmp_path, printed)
+    page = (Path(__file__).parents[2] / "docs" / "study.md").read_text(encoding="utf-8")
+    assert documented(printed, (tmp_path / "report.md").read_text(encoding="utf-8")) in page
+
+
+def documented(printed, report):
+    """A report's table beside the source, without intervals: those of made answers mean nothing."""
+    lines = report[report.index("## Beside ") :].splitlines()
+    rows = [[cell.strip() for cell in line[1:-1].split(" | ")] for line in lines if line.startswith("| ")]
+    rows = rows[: next((k for k, row in enumerate(rows) if len(row) != 4), None)]
+    rows[0][2:] = [f"{printed.source}, {printed.people} people", "report"]
+    shown = [row if row[3] == "–" else [*row[:3], row[3].split(" (")[0]] for row in rows]
+    return "\n".join("| " + " | ".join(row) + " |" for row in shown).replace("|  |", "| |")
