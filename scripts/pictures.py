@@ -396,7 +396,7 @@ def study_page(size: Size, samples: int) -> Picture:
         browser.close()
     gap = np.full((760, 24, 3), 255, np.uint8)
     both = Image.fromarray(np.concatenate([shots[0], gap, shots[1]], axis=1))
-    return np.asarray(both.resize((880, 436), Image.Resampling.LANCZOS))
+    return np.asarray(both.resize((864, 428), Image.Resampling.LANCZOS))
 
 
 @contextlib.contextmanager

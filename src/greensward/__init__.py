@@ -1,8 +1,13 @@
 """Living grass for Python and OpenGL: millions of blades, each swaying on its own."""
 
+from __future__ import annotations
+
 from functools import cache
 from importlib import import_module
-from typing import Any
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:  # the import of typing itself takes longer than all else here, and interrupts wait for it
+    from typing import Any
 
 __version__ = "0.1.0"
 

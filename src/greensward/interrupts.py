@@ -1,12 +1,17 @@
 """Signals that end a program: Ctrl+C, termination, and a terminal that closes."""
 
+from __future__ import annotations
+
 import contextlib
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from types import FrameType
-from typing import Any
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:  # without these imports, the command line handles signals sooner
+    from collections.abc import Callable, Iterator
+    from types import FrameType
+    from typing import Any
 
 ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 
