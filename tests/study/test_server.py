@@ -15,6 +15,7 @@ from pathlib import Path
 
 import httpx
 import pytest
+import sqlalchemy
 from sites import study_in
 from starlette.testclient import TestClient
 
@@ -257,6 +258,26 @@ def test_a_database_that_fails_acknowledges_nothing(tmp_path, monkeypatch):
         response = client.post("/page/1", data={"key": key, "go": "next", "a.best.0": "a"})
         assert response.status_code == 503
         assert "database does not work" in response.text
+
+
+def test_a_full_disk_is_told_and_nothing_acknowledged(site):
+    client = site.visitor()
+    _send(client, **{"a.best.0": "a"})
+    key = _key(client, 2)
+    engine = site.store._engine
+    sqlalchemy.event.listen(engine, "connect", lambda file, _: file.execute("PRAGMA max_page_count = 1"))
+    engine.dispose()
+    for size in (2000, 1):  # until the pages that there are hold no more
+        said = ""
+        while not said:
+            try:
+                site.store.begin("e" * size)
+            except GreenswardError as error:
+                said = str(error)
+        assert said.endswith("answers.db: the database failed: database or disk is full")
+    refused = client.post("/page/2", data={"key": key, "go": "next", "a.more.0": "x" * 3900})
+    assert refused.status_code == 503
+    assert "could not be kept" in refused.text
 
 
 @pytest.mark.parametrize(

@@ -88,6 +88,12 @@ def pages(study: Study, person: int, answers: Mapping[str, Answer]) -> list[Page
     return found
 
 
+def stage_of(study: Study, question: Question) -> tuple[int, int]:
+    """Number from 1 of the stage of a study that a question is in, and of all; a staircase is one, however long."""
+    stages = [[each.name for _, each in group] for _, group in groupby(enumerate(study.question), _page_of)]
+    return next(k for k, names in enumerate(stages, 1) if question.name in names), len(stages)
+
+
 def _page_of(numbered: tuple[int, Question]) -> tuple[str, int]:
     number, question = numbered
     alone = not question.page or isinstance(question, Pairs | Staircase)

@@ -26,7 +26,7 @@ from greensward.scene.errors import GreenswardError, InputError
 from greensward.study.forms import MOST_BYTES, Filled, FormError, fields_of, filled
 from greensward.study.model import LANGUAGES, Pairs, Picture, Staircase, Study, say
 from greensward.study.pictures import missing_pictures, picture_file
-from greensward.study.plan import Answer, Page, Person, Trial, pages
+from greensward.study.plan import Answer, Page, Person, Trial, pages, stage_of
 from greensward.study.store import Store, plain_code
 
 _FOLDER = "study/pages"
@@ -262,13 +262,15 @@ class _Site:
         }
         # what follows a staircase's page is not known before its answer
         open_end = any(isinstance(question, Staircase) for question in self.study.question)
+        at, of = stage_of(self.study, page.trials[0].question) if open_end else (number, len(every))
         return self._html(
             "page",
             person.language,
             422 if sent else 200,
             page=page,
             number=number,
-            pages=None if open_end else len(every),
+            at=at,
+            of=of,
             key=self._key(token),
             given=given,
             problems=sent.problems if sent else {},
