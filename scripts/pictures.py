@@ -22,6 +22,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, get_args
+from urllib.parse import urlunsplit
 
 import numpy as np
 import numpy.typing as npt
@@ -414,7 +415,8 @@ def served(study: Any, folder: Path) -> Iterator[str]:
         while not server.started:
             time.sleep(0.01)
         try:
-            yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+            port = server.servers[0].sockets[0].getsockname()[1]
+            yield urlunsplit(("http", f"127.0.0.1:{port}", "", "", ""))
         finally:
             server.should_exit = True
             thread.join()

@@ -47,7 +47,23 @@ _BASES: dict[str, list[list[str]]] = {
         ["--compare", "bench.json", "bench.json"],
         ["--list"],
     ],
+    "study new": [["out/study"], ["out/study", "--like", "tillman2013-first"]],
+    "study list": [[]],
+    "study render": [["study"]],
+    "study report": [["study", "-o", "out/report"]],
+    "study export": [["study", "-o", "out/answers.csv"]],
 }
+STUDY = """title = "Small"
+consent = "Yes."
+[[picture]]
+name = "p"
+file = "../picture.png"
+[[question]]
+name = "q"
+kind = "text"
+text = "What?"
+show = ["p"]
+"""
 _DEAR = {
     "--size",
     "--seconds",
@@ -234,8 +250,10 @@ _VALUES: dict[str, tuple[str, ...]] = {
     "--impact": (*_NUMBERS, "512", "513", "1e-300", "0.5"),
     "--pressure": (*_NUMBERS, "0.5", "1.0001"),
     "--technique": (*("bezier-blades", "visibility-buffer", "billboard-grid", "x", "", "Bezier-Blades"),),
-    "--output": _OUTPUTS,
+    "--output": (*_OUTPUTS, "out/a.csv", "out/a.parquet"),
     "--json": _OUTPUTS,
+    "--like": ("tillman2013-second", "x", ""),
+    "--database": ("postgresql://127.0.0.1:1/none", "sqlite:///x.db", "x", "", "mysql://u:p@h/d"),
 }
 _POSITIONS: dict[str, tuple[str, ...]] = {
     "new": (
@@ -251,6 +269,10 @@ _POSITIONS: dict[str, tuple[str, ...]] = {
         ".",
         "~nobody",
     ),
+    **dict.fromkeys(
+        ("study new", "study render", "study report", "study export"),
+        ("study", "study/study.toml", "tillman2013-first", "out/study", "tillman", *_INPUTS),
+    ),
     "bench": ("blade-count", "x", "blade-count,blade-count", "Blade-Count", "blade-count,"),
     "stamp": ("picture.png", "rgba.png", "small.toml", *_INPUTS),
 }
@@ -264,7 +286,10 @@ def commands() -> dict[str, Any]:
 
     from greensward.cli.app import app
 
-    return dict(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
+    found = dict(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
+    parts = found.pop("study").commands
+    # `serve` does not end
+    return found | {f"study {name}": part for name, part in parts.items() if name != "serve"}
 
 
 def run(case: Case) -> str:
@@ -273,6 +298,8 @@ def run(case: Case) -> str:
     for name, content in {**others(), "small.toml": SMALL.encode()}.items():
         (case.folder / name).write_bytes(content)
     (case.folder / "out").mkdir()
+    (case.folder / "study").mkdir()
+    (case.folder / "study" / "study.toml").write_text(STUDY, encoding="utf-8")
     arguments = [each.replace("\0", "") for each in _arguments(case)]  # no system hands that on
     case.note(" ".join(map(_shown, arguments)))
     case.limit(90)
@@ -285,7 +312,8 @@ def run(case: Case) -> str:
     after = _listed(case.folder)
     _judge(arguments, code, out, err)
     _judge_files(arguments, code, before, after)
-    return f"{arguments[0] if arguments and arguments[0] in commands() else 'none'} {code}"
+    known = [name for name in commands() if name.split() == arguments[: len(name.split())]]
+    return f"{known[0] if known else 'none'} {code}"
 
 
 def _arguments(case: Case) -> list[str]:
@@ -298,7 +326,7 @@ def _arguments(case: Case) -> list[str]:
     found = list(rng.choice(_BASES[name]))
     for _ in range(rng.choice([0, 1, 1, 2, 3])):
         found = _changed(case, name, found)
-    return [name, *found]
+    return [*name.split(), *found]
 
 
 def _changed(case: Case, name: str, given: list[str]) -> list[str]:

@@ -3,8 +3,9 @@
 import shutil
 from urllib.parse import urlparse
 
+import numpy as np
 import pytest
-from sites import served, study_in
+from sites import QUESTIONS, served, study_in
 
 from greensward.study.model import load_study, shipped
 
@@ -236,6 +237,43 @@ def test_the_page_works_without_its_script(site, visit):
     page.locator("#q-age").fill("20")
     page.get_by_role("button", name="Next").click()
     page.wait_for_url("**/page/2")
+
+
+def _clip(folder):
+    """A clip of 12 frames, as `study render` makes them."""
+    video = pytest.importorskip("greensward.io.video")
+    pytest.importorskip("imageio_ffmpeg")
+    with video.VideoWriter(folder / "p1.webm", (160, 90), 12.0) as writer:
+        for k in range(12):
+            writer.add(np.full((90, 160, 3), 20 * k, np.uint8))
+        writer.finish()
+
+
+def test_clips_play_by_themselves_only_for_those_who_do_not_mind(visit, tmp_path):
+    study = study_in(tmp_path, QUESTIONS[4])
+    _clip(tmp_path)
+    pictures = [p.model_copy(update={"file": "p1.webm"}) if p.name == "p1" else p for p in study.picture]
+    with served(study.model_copy(update={"picture": tuple(pictures)}), tmp_path) as (address, _):
+        for motion, paused in (("no-preference", False), ("reduce", True)):
+            page = visit(address, reduced_motion=motion)
+            _begin(page)
+            clip = page.locator("video")
+            assert clip.evaluate("v => v.muted && v.loop && v.controls")
+            page.wait_for_function("document.querySelector('video').readyState >= 2")
+            page.wait_for_timeout(100)
+            assert clip.evaluate("v => v.paused") == paused
+            sides = page.locator("img, video").evaluate_all("e => e.map(x => [x.clientWidth, x.clientHeight])")
+            assert sides[0] == sides[1]
+
+
+def test_unscaled_pictures_are_shown_pixel_by_pixel(visit, tmp_path):
+    with served(study_in(tmp_path, QUESTIONS[2], scaled="never"), tmp_path) as (address, _):
+        for viewport, told in ((_DESK, False), ({"width": 150, "height": 600}, True)):
+            page = visit(address, viewport)
+            _begin(page)
+            widths = page.locator("img").evaluate_all("e => e.map(x => x.width)")
+            assert widths == [160, 160, 160]
+            assert page.locator("#small").is_visible() == told
 
 
 def test_the_shipped_questionnaires_are_answered_in_every_language(browser, visit, tmp_path):

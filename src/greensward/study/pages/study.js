@@ -57,10 +57,9 @@ if (form) {
 
   const small = document.getElementById("small");
   if (small) {
-    const widest = () => Math.max(...[...form.querySelectorAll("img, video")].map((each) => each.width));
-    const tell = () => (small.hidden = widest() <= document.documentElement.clientWidth);
+    const tell = () => (small.hidden = [...form.querySelectorAll(".frame")].every((each) => each.scrollWidth <= each.clientWidth));
     addEventListener("resize", tell);
-    tell();
+    addEventListener("load", tell);
   }
 
   addEventListener("load", () => {
