@@ -382,7 +382,8 @@ def study_page(size: Size, samples: int) -> Picture:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         shots = []
         with served(study, folder) as address:
-            for width, high, scheme in ((1120, 760, "light"), (390, 760, "dark")):
+            schemes: tuple[tuple[int, int, Any], ...] = ((1120, 760, "light"), (390, 760, "dark"))
+            for width, high, scheme in schemes:
                 page = browser.new_page(viewport={"width": width, "height": high}, color_scheme=scheme)
                 page.goto(f"{address}/?language=en")
                 page.get_by_role("checkbox").check()

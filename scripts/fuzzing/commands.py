@@ -50,6 +50,10 @@ _BASES: dict[str, list[list[str]]] = {
     "study new": [["out/study"], ["out/study", "--like", "tillman2013-first"]],
     "study list": [[]],
     "study render": [["study"]],
+    "study serve": [
+        ["study", "--export-static", "out/site", "--endpoint", "https://x.org/a"]
+    ],  # else it does not end
+    "study import": [["study", "messages.jsonl"]],
     "study report": [["study", "-o", "out/report"]],
     "study export": [["study", "-o", "out/answers.csv"]],
 }
@@ -252,6 +256,8 @@ _VALUES: dict[str, tuple[str, ...]] = {
     "--technique": (*("bezier-blades", "visibility-buffer", "billboard-grid", "x", "", "Bezier-Blades"),),
     "--output": (*_OUTPUTS, "out/a.csv", "out/a.parquet"),
     "--json": _OUTPUTS,
+    "--export-static": ("out/site", "out", "missing/a/b", "small.toml", "", "/proc/x", "/dev/null/x"),
+    "--endpoint": ("https://x.org", "ftp://x", "", "https://", "https://x y", "http://[::1", "https://x.org/a?b#c"),
     "--like": ("tillman2013-second", "x", ""),
     "--database": ("postgresql://127.0.0.1:1/none", "sqlite:///x.db", "x", "", "mysql://u:p@h/d"),
 }
@@ -270,7 +276,7 @@ _POSITIONS: dict[str, tuple[str, ...]] = {
         "~nobody",
     ),
     **dict.fromkeys(
-        ("study new", "study render", "study report", "study export"),
+        ("study new", "study render", "study serve", "study import", "study report", "study export"),
         ("study", "study/study.toml", "tillman2013-first", "out/study", "tillman", *_INPUTS),
     ),
     "bench": ("blade-count", "x", "blade-count,blade-count", "Blade-Count", "blade-count,"),
@@ -288,8 +294,7 @@ def commands() -> dict[str, Any]:
 
     found = dict(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
     parts = found.pop("study").commands
-    # `serve` does not end
-    return found | {f"study {name}": part for name, part in parts.items() if name != "serve"}
+    return found | {f"study {name}": part for name, part in parts.items()}
 
 
 def run(case: Case) -> str:
@@ -300,6 +305,7 @@ def run(case: Case) -> str:
     (case.folder / "out").mkdir()
     (case.folder / "study").mkdir()
     (case.folder / "study" / "study.toml").write_text(STUDY, encoding="utf-8")
+    (case.folder / "messages.jsonl").write_text("{}\n", encoding="utf-8")
     arguments = [each.replace("\0", "") for each in _arguments(case)]  # no system hands that on
     case.note(" ".join(map(_shown, arguments)))
     case.limit(90)

@@ -1,6 +1,8 @@
 """`greensward study`."""
 
 import contextlib
+import csv
+import json
 import os
 import signal
 import subprocess
@@ -96,6 +98,11 @@ def test_a_study_begins_from_a_template_or_a_shipped_one(tmp_path):
         (("new", "."), "is not empty; name a folder that is new or empty"),
         (("serve", ".", "--database", "mysql://x"), "--database: must be an address such as postgresql"),
         (("export", ".", "-o", "a.xls"), "a.xls"),
+        (("serve", ".", "--export-static", "out"), "--export-static and --endpoint are given together"),
+        (("serve", ".", "--export-static", "out", "--endpoint", "ftp://x"), "must be an address such as https"),
+        (("serve", ".", "--export-static", ".", "--endpoint", "https://x.org/a"), ".: is not empty; name a folder"),
+        (("import", ".", "none.jsonl"), "none.jsonl: no such file"),
+        (("import", ".", "small.toml"), "small.toml: line 1: the message is not one of a page"),
     ],
 )
 def test_what_is_wrong_is_said_in_a_sentence(folder, arguments, problem):
@@ -110,3 +117,28 @@ def test_problems_of_the_study_name_its_file_and_key(folder):
     (folder / "study.toml").write_text(_STUDY.replace("samples = 1", "set = { 'sky.cloud' = 1 }"))
     said = _refused("render", folder, cwd=folder)
     assert f"{folder / 'study.toml'}: picture[0].set: sky.cloud: unknown key; did you mean clouds?" in said
+
+
+def test_pages_are_exported_and_their_answers_imported(folder):
+    said = _run("serve", folder, "--export-static", "out", "--endpoint", "https://x.org/answers", cwd=folder).stdout
+    assert "index.html: 7 files; their answers go to https://x.org/answers\n" in said
+    page = (folder / "out" / "index.html").read_text()
+    assert "connect-src 'self' https://x.org; form-action 'none'" in page
+    assert "hill" not in page  # what a picture shows is not told
+    data = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
+    message = {"plan": data["plan"], "code": "ABCD-EFGH-JKMN-PQRS", "seed": 1, "language": "en"}
+    at = "2026-05-01T10:00:00.000Z"
+    sent = {"begun": at, "sent": at, "answers": {"good.0": {"values": ["4"], "other": "", "seconds": 2.5, "at": at}}}
+    bad = {"good.0": {"values": ["9"], "at": at}}
+    lines = [json.dumps(message | sent), "", json.dumps(message | sent | {"answers": bad})]
+    (folder / "sent.jsonl").write_text("\n".join(lines))
+    problem = "sent.jsonl: line 3: the message has an answer that is not offered: good.0"
+    assert problem in _refused("import", folder, "sent.jsonl", cwd=folder)
+    assert not (folder / "answers.db").exists()
+    (folder / "sent.jsonl").write_text("\n".join(lines[:1] * 2))
+    assert _run("import", folder, "sent.jsonl", cwd=folder).stdout == f"{folder}: new answers: 1; people in all: 1\n"
+    _run("export", folder, "-o", "a.csv", cwd=folder)
+    rows = list(csv.DictReader((folder / "a.csv").read_text(encoding="utf-8-sig").splitlines()))
+    assert [(row["value"], row["begun"], row["at"]) for row in rows] == [
+        ("4", *["2026-05-01T10:00:00.000+00:00"] * 2)
+    ]

@@ -2,9 +2,11 @@
 
 import asyncio
 import contextlib
+import json
 import os
 import re
 import signal
+import sqlite3
 import statistics
 import subprocess
 import sys
@@ -20,6 +22,8 @@ from sites import study_in
 from starlette.testclient import TestClient
 
 from greensward.scene import GreenswardError, InputError
+from greensward.study.messages import MOST_MESSAGE_BYTES, plan_of
+from greensward.study.plan import order_of
 from greensward.study.server import make_app
 from greensward.study.store import Store
 
@@ -36,7 +40,7 @@ def site(tmp_path):
 
 class _Site:
     def __init__(self, folder, *questions, **keys):
-        self._folder, self._study = folder, study_in(folder, *questions, **keys)
+        self._folder, self.study = folder, study_in(folder, *questions, **keys)
 
     def __enter__(self):
         self._opened = Store.open(self._folder)
@@ -47,7 +51,7 @@ class _Site:
         self._opened.__exit__(*error)
 
     def client(self, **options):
-        return TestClient(make_app(self._study, self._folder, self.store, **options), follow_redirects=False)
+        return TestClient(make_app(self.study, self._folder, self.store, **options), follow_redirects=False)
 
     def visitor(self):
         client = self.client()
@@ -61,6 +65,106 @@ def _key(client, page=1):
 
 def _send(client, page=1, **fields):
     return client.post(f"/page/{page}", data={"key": _key(client, page), "go": "next", **fields})
+
+
+# Pages that stand elsewhere ---------------------------------------------------------------------------------
+
+_STAIRS = {
+    "name": "stairs", "kind": "staircase", "text": "?", "reference": "p0", "levels": ["p1", "p2"], "reversals": 2,
+    "most": 4,
+}  # fmt: skip
+
+
+def _message(study, *answers, **keys):
+    now = datetime.now(UTC).isoformat()
+    given = {key: {"values": values, "other": "", "seconds": 2.0, "at": now} for key, *values in answers}
+    message = {"plan": plan_of(study), "code": "ABCD-EFGH-JKMN-PQRS", "seed": 7, "language": "en", "begun": now}
+    return json.dumps({**message, "sent": now, "answers": given, **keys})
+
+
+def test_a_page_elsewhere_sends_all_answers_each_time(tmp_path):
+    with _Site(tmp_path, _CHOICE, _STAIRS, _TEXT) as site:
+        client, study = site.client(), site.study
+        sides = order_of(study, 7)["stairs"]
+        right = [("best.0", "a"), *((f"stairs.{k}", str(sides[k])) for k in range(2))]
+        for answers in (right[:1], right, right, [right[0], ("stairs.0", str(1 - sides[0]))], right):
+            reply = client.post("/answers", content=_message(study, *answers))
+            assert (reply.status_code, reply.text) == (200, "kept")
+            assert reply.headers["access-control-allow-origin"] == "*"
+            assert len(site.store.answers()) == len(answers)
+        (person,) = site.store.people()
+        assert (person.seed, person.finished) == (7, None)
+        told = [("stairs.2", str(1 - sides[2])), ("stairs.3", str(sides[3])), ("more.0", "Moss")]
+        client.post("/answers", content=_message(study, *right, *told))
+        assert site.store.people()[0].finished
+        kept = site.store.answers_of(person)
+        assert [kept[f"stairs.{k}"].value == "p0" for k in range(4)] == [False, False, True, False]
+        assert kept["more.0"].value == "Moss"
+
+
+def test_clocks_of_devices_are_corrected_by_the_arrival(tmp_path):
+    with _Site(tmp_path, _CHOICE) as site:
+        wrong = datetime.now(UTC) - timedelta(hours=5)
+        given = {"best.0": {"values": ["a"], "seconds": 1.0, "at": (wrong - timedelta(minutes=3)).isoformat()}}
+        site.client().post("/answers", content=_message(site.study, sent=wrong.isoformat(), answers=given))
+        (answer,) = site.store.answers()
+        since = (datetime.now(UTC) - datetime.fromisoformat(answer.at)).total_seconds()
+        assert 170 < since < 200
+
+
+@pytest.mark.parametrize(
+    ("answers", "keys", "status", "said"),
+    [
+        ([("best.0", "c")], {}, 400, "has an answer that is not offered: best.0"),
+        ([("best.1", "a")], {}, 400, "has an answer that belongs to no page: best.1"),
+        ([("best.0", "a"), ("stairs.1", "0")], {}, 400, "belongs to no page: stairs.1"),
+        ([("best.0", "a", "b")], {}, 400, "has a field twice"),
+        ([], {"plan": "0" * 16}, 409, "is from a page of another version of this study; export its pages again"),
+        ([], {"code": "abcd"}, 400, "is not one of a page (code: "),
+        ([], {"seed": 0}, 400, "(seed: "),
+        ([], {"person": 1}, 400, "(person: "),
+        ([], {"delete": False}, 400, "(delete: "),
+    ],
+)
+def test_only_what_a_page_elsewhere_can_send_is_kept(tmp_path, answers, keys, status, said):
+    with _Site(tmp_path, _CHOICE, _STAIRS) as site:
+        reply = site.client().post("/answers", content=_message(site.study, *answers, **keys))
+        assert reply.status_code == status
+        assert said in reply.text
+        assert site.store.people() == []
+
+
+@pytest.mark.parametrize("text", [b"", b"[]", b"null", b"{}", b"\xff", b"[" * 100_000, b'{"delete": 1}'])
+def test_what_is_no_message_is_refused(site, text):
+    assert site.client().post("/answers", content=text).status_code == 400
+
+
+def test_a_message_that_is_too_large_is_refused(site):
+    assert site.client().post("/answers", content=b" " * (MOST_MESSAGE_BYTES + 1)).status_code == 413
+
+
+def test_a_page_elsewhere_changes_and_deletes_only_its_own_answers(tmp_path):
+    with _Site(tmp_path, _CHOICE) as site:
+        client, study = site.client(), site.study
+        client.post("/answers", content=_message(study, ("best.0", "a")))
+        assert client.post("/answers", content=_message(study, ("best.0", "b"), seed=8)).status_code == 400
+        other = "ZZZZ-EFGH-JKMN-PQRS"
+        client.post("/answers", content=_message(study, ("best.0", "b"), code=other))
+        assert [each.value for each in site.store.answers()] == ["a", "b"]
+        gone = json.dumps({"plan": plan_of(study), "delete": True, "code": other})
+        assert client.post("/answers", content=gone).status_code == 200
+        assert [each.value for each in site.store.answers()] == ["a"]
+        assert site.store.delete("abcd efgh jkmn pqrs")
+
+
+def test_a_database_of_an_older_version_gets_what_it_lacks(tmp_path):
+    with Store.open(tmp_path) as store:
+        store.begin("en")
+    with contextlib.closing(sqlite3.connect(tmp_path / "answers.db")) as old:
+        old.execute("ALTER TABLE people DROP COLUMN own_seed")
+    with Store.open(tmp_path) as store:
+        assert [person.seed for person in store.people()] == [1]
+        assert store.begin_elsewhere("en", "ABCD-EFGH-JKMN-PQRS", "2026-01-01T00:00:00Z", 9).seed == 9
 
 
 # Going through it -------------------------------------------------------------------------------------------

@@ -24,15 +24,12 @@ def new(
 def write_into_new(folder: Path, name: str, content: bytes) -> Path:
     """Write a file into a folder that is new or empty; returns its path. Raises `InputError`."""
     from greensward.scene.errors import GreenswardError, InputError
-    from greensward.scene.files import written_aside
+    from greensward.scene.files import check_new_folder, written_aside
 
     file = folder / name
     try:
+        check_new_folder(folder)
         made = not folder.exists()
-        if not made and not folder.is_dir():
-            raise InputError(f"{folder}: is a file; name a folder that is new or empty")
-        if not made and any(folder.iterdir()):
-            raise InputError(f"{folder}: is not empty; name a folder that is new or empty")
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
         raise InputError(f"{folder}: cannot be made: {getattr(error, 'strerror', None) or error}") from None

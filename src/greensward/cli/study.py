@@ -9,6 +9,9 @@ import typer
 from greensward.cli.options import Device, progress, whole
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from greensward.study.messages import Deletion, Message
     from greensward.study.model import Study
 
 EXAMPLES = """\b
@@ -87,11 +90,34 @@ def serve(
     behind_proxy: Annotated[
         bool, typer.Option("--behind-proxy", help="Trust the proxy in front for addresses and https.")
     ] = False,
+    export_static: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Write page and pictures for another web server into a new folder, and end."
+        ),
+    ] = None,
+    endpoint: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Address to which pages of --export-static send answers."),
+    ] = None,
     device: Device = "auto",
 ) -> None:
     """Show the page of a study to people, and keep their answers. Missing pictures are drawn first."""
+    if (export_static is None) != (endpoint is None):
+        missing = "--endpoint" if endpoint is None else "--export-static"
+        raise typer.BadParameter("--export-static and --endpoint are given together", param_hint=f"'{missing}'")
     study, folder = _opened(folder)
     _needs_extra()
+    if export_static and endpoint:
+        from greensward.scene.files import check_new_folder
+        from greensward.study import static
+
+        static.check_endpoint(endpoint)
+        check_new_folder(export_static)
+        _draw(study, folder, device, again=False)
+        count = static.export_static(study, folder, endpoint, export_static)
+        print(f"{export_static / 'index.html'}: {count} files; their answers go to {endpoint}")
+        return
     from greensward.study.server import serve as serve_study
     from greensward.study.store import Store
 
@@ -141,6 +167,36 @@ def export(
         people, answers = store.people(), store.answers()
     export_answers(answers, people, output)
     print(f"{output}: {len(answers)} answers of {len(people)} people")
+
+
+@app.command("import")
+def import_answers(
+    folder: _Folder,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Messages of exported pages, one a line.")],
+    database: _Database = None,
+) -> None:
+    """Take answers that pages of `serve --export-static` sent to another server."""
+    study, folder = _opened(folder)
+    _needs_extra()
+    from greensward.scene.errors import InputError
+    from greensward.study.forms import FormError
+    from greensward.study.messages import OtherPlanError, check, read_messages, take
+    from greensward.study.store import Store
+
+    def each(do: "Callable[[Message | Deletion], int]") -> int:
+        count = 0
+        for number, message in read_messages(file):
+            try:
+                count += do(message)
+            except (FormError, OtherPlanError) as error:
+                raise InputError(f"{file}: line {number}: the message {error}") from None
+        return count
+
+    each(lambda message: len(check(study, message)))  # all are looked at before any is kept
+    with Store.open(folder, database) as store:
+        count = each(lambda message: take(study, store, message))
+        people = len(store.people())
+    print(f"{folder}: new answers: {count}; people in all: {people}")
 
 
 def _opened(folder: Path) -> tuple["Study", Path]:

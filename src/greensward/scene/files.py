@@ -137,6 +137,17 @@ def check_writable(path: Path, endings: tuple[str, ...]) -> None:
         raise InputError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
 
 
+def check_new_folder(folder: Path) -> None:
+    """Raise `InputError` where a folder is neither new nor empty."""
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"{folder}: is a file; name a folder that is new or empty")
+        if folder.exists() and any(folder.iterdir()):
+            raise InputError(f"{folder}: is not empty; name a folder that is new or empty")
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder}: cannot be made: {getattr(error, 'strerror', None) or error}") from None
+
+
 def _target(path: Path) -> Path:
     """The file that is replaced: where a link leads, unless somebody else put it into a folder that all may write.
 

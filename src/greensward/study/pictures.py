@@ -106,6 +106,12 @@ def picture_file(folder: Path, picture: Picture) -> Path | None:
     return file if is_there(file) else None
 
 
+def is_clip(folder: Path, picture: Picture) -> bool:
+    """True if a picture moves."""
+    file = picture_file(folder, picture)
+    return file is not None and file.suffix.lower() in (".mp4", ".webm")
+
+
 @contextlib.contextmanager
 def _named(picture: Picture) -> Iterator[None]:
     """Name the picture in what its scene is refused for."""

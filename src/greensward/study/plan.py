@@ -20,11 +20,17 @@ class Person:
     """A person who takes part."""
 
     number: int
-    """Counted from 1 in the order in which they came. It is the seed of their orders, too."""
+    """Counted from 1 in the order in which they came."""
     language: str
     begun: str
     """Instant, ISO 8601 in UTC."""
     finished: str | None = None
+    own_seed: int | None = None
+
+    @property
+    def seed(self) -> int:
+        """Seed of their orders and sides, together with the study's: their number, if their page had no other."""
+        return self.number if self.own_seed is None else self.own_seed
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,11 @@ class Answer:
     """Time from the page's appearance to the answer."""
     at: str = ""
     """Instant, ISO 8601 in UTC."""
+
+
+def alike(before: Answer | None, now: Answer) -> bool:
+    """True if an answer says the same as the one before."""
+    return before is not None and (before.value, before.other, before.shown) == (now.value, now.other, now.shown)
 
 
 @dataclass(frozen=True)
@@ -69,15 +80,14 @@ class Page:
     trials: tuple[Trial, ...]
 
 
-def pages(study: Study, person: int, answers: Mapping[str, Answer]) -> list[Page]:
+def pages(study: Study, seed: int, answers: Mapping[str, Answer]) -> list[Page]:
     """All pages of a person, in order; of a staircase those that its answers so far, by the trial's key, lead to.
 
-    The same study, person and answers always give the same pages.
+    The same study, seed of the person and answers always give the same pages.
     """
     found: list[Page] = []
-    for number, (_, group) in enumerate(groupby(enumerate(study.question), _page_of)):
-        questions = [question for _, question in group]
-        random = np.random.default_rng([study.seed, person, number])
+    for number, questions in enumerate(stages(study)):
+        random = np.random.default_rng([study.seed, seed, number])
         match questions:
             case [Pairs() as pairs]:
                 found += [Page((trial,)) for trial in _pair_trials(pairs, random)]
@@ -88,10 +98,21 @@ def pages(study: Study, person: int, answers: Mapping[str, Answer]) -> list[Page
     return found
 
 
+def stages(study: Study) -> list[list[Question]]:
+    """Questions that are asked together, or one after the other in pairs or a staircase."""
+    return [[question for _, question in group] for _, group in groupby(enumerate(study.question), _page_of)]
+
+
 def stage_of(study: Study, question: Question) -> tuple[int, int]:
     """Number from 1 of the stage of a study that a question is in, and of all; a staircase is one, however long."""
-    stages = [[each.name for _, each in group] for _, group in groupby(enumerate(study.question), _page_of)]
-    return next(k for k, names in enumerate(stages, 1) if question.name in names), len(stages)
+    every = stages(study)
+    return next(k for k, asked in enumerate(every, 1) if question in asked), len(every)
+
+
+def reached(every: Sequence[Page], answers: Mapping[str, Answer]) -> int:
+    """Number, from 1, of the first page that is not answered; one past the last where all are."""
+    open_pages = (i for i, page in enumerate(every, 1) if any(trial.key not in answers for trial in page.trials))
+    return next(open_pages, len(every) + 1)
 
 
 def _page_of(numbered: tuple[int, Question]) -> tuple[str, int]:
@@ -113,16 +134,34 @@ def _pair_trials(pairs: Pairs, random: np.random.Generator) -> list[Trial]:
 
 
 def _stair_trials(stairs: Staircase, random: np.random.Generator, answers: Mapping[str, Answer]) -> list[Trial]:
-    state = Stairs(stairs)
+    state, sides = Stairs(stairs), _sides(stairs, random)
     trials: list[Trial] = []
     while not state.ended:
         shown = (stairs.levels[state.level], stairs.reference)
-        trial = Trial(stairs, len(trials), shown=shown if random.random() < 0.5 else shown[::-1])
+        trial = Trial(stairs, len(trials), shown=shown[::-1] if sides[len(trials)] else shown)
         trials.append(trial)
         if trial.key not in answers:
             break
         state.take(answers[trial.key].value == stairs.levels[state.level])
     return trials
+
+
+def _sides(stairs: Staircase, random: np.random.Generator) -> list[int]:
+    """The side of the level in each trial: 0 is left, or above."""
+    return [int(draw >= 0.5) for draw in random.random(stairs.most)]
+
+
+def order_of(study: Study, seed: int) -> dict[str, list[tuple[str, ...]] | list[int]]:
+    """What is random for a person, by question: pictures of its pairs, or sides of the levels of its staircase."""
+    found: dict[str, list[tuple[str, ...]] | list[int]] = {}
+    for number, questions in enumerate(stages(study)):
+        random = np.random.default_rng([study.seed, seed, number])
+        match questions:
+            case [Pairs() as pairs]:
+                found[pairs.name] = [trial.shown for trial in _pair_trials(pairs, random)]
+            case [Staircase() as stairs]:
+                found[stairs.name] = _sides(stairs, random)
+    return found
 
 
 @dataclass

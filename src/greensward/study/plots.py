@@ -59,7 +59,7 @@ def histogram(values: Sequence[float], mean: Estimate, unit: str, scale: tuple[i
             axes.plot([mean.low, mean.high], [top, top], color=_SECOND, linewidth=2, solid_capstyle="butt")
         axes.plot(mean.value, top, "D", color=_SECOND, markersize=6)
         axes.set_ylim(0, 1.08 * top)
-        axes.yaxis.get_major_locator().set_params(integer=True)
+        axes.locator_params(axis="y", integer=True)
         axes.set_xlabel(unit)
         axes.set_ylabel("people")
 

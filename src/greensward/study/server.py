@@ -24,12 +24,13 @@ from starlette.routing import Route
 from greensward.interrupts import handled
 from greensward.scene.errors import GreenswardError, InputError
 from greensward.study.forms import MOST_BYTES, Filled, FormError, fields_of, filled
+from greensward.study.messages import MOST_MESSAGE_BYTES, Message, OtherPlanError, message_of, take
 from greensward.study.model import LANGUAGES, Pairs, Picture, Staircase, Study, say
-from greensward.study.pictures import missing_pictures, picture_file
-from greensward.study.plan import Answer, Page, Person, Trial, pages, stage_of
+from greensward.study.pictures import is_clip, missing_pictures, picture_file
+from greensward.study.plan import Answer, Page, Person, Trial, alike, pages, reached, stage_of
 from greensward.study.store import Store, plain_code
 
-_FOLDER = "study/pages"
+PAGES = files("greensward.study") / "pages"
 _COOKIE = "greensward-study"
 _MOST_AGE_S = 180 * 86_400
 _HEADERS = {
@@ -43,7 +44,7 @@ _HEADERS = {
     "Permissions-Policy": "camera=(), microphone=(), geolocation=()",
 }
 _KEPT = "private, max-age=86400, immutable"
-_STATIC = {
+STATIC = {
     "study.css": "text/css; charset=utf-8",
     "study.js": "text/javascript; charset=utf-8",
     "icon.svg": "image/svg+xml",
@@ -89,20 +90,11 @@ class _Site:
     def __init__(self, study: Study, folder: Path, store: Store, behind_proxy: bool) -> None:
         self.study, self.folder, self.store = study, folder, store
         self._behind_proxy = behind_proxy
-        self._words: dict[str, dict[str, str]] = {
-            language: tomllib.loads((files("greensward.study") / "pages" / f"{language}.toml").read_text("utf-8"))
-            for language in study.languages
-        }
-        self._templates = Environment(
-            loader=PackageLoader("greensward", _FOLDER),
-            autoescape=True,
-            undefined=StrictUndefined,
-            trim_blocks=True,
-            auto_reload=False,
-        )
+        self._words: dict[str, dict[str, str]] = {language: words_of(language) for language in study.languages}
+        self._templates = templates()
         self._pictures = {picture.name: picture for picture in study.picture}
         self._by_hidden = {store.hidden(f"picture {name}"): name for name in self._pictures}
-        self._static = {name: (files("greensward.study") / "pages" / name).read_bytes() for name in _STATIC}
+        self._static = {name: (PAGES / name).read_bytes() for name in STATIC}
         # people who begin or try codes, by their address, and answers, by their session
         self._begun, self._tried, self._sent = _Limit(300, 1.0), _Limit(10, 0.1), _Limit(120, 5.0)
 
@@ -116,6 +108,7 @@ class _Site:
                 Route("/page/{number:int}", self._answered(self._take), methods=["POST"]),
                 Route("/pause", self._answered(self._pause)),
                 Route("/end", self._answered(self._end)),
+                Route("/answers", self._take_message, methods=["POST"]),
                 Route("/code", self._answered(self._code)),
                 Route("/code", self._answered(self._come_back), methods=["POST"]),
                 Route("/delete", self._answered(self._ask_delete)),
@@ -207,6 +200,7 @@ class _Site:
             languages={each: LANGUAGES[each] for each in self.study.languages},
             words=self._words[language],
             say=lambda words: say(words, language),
+            root="/",
             **values,
         )
         return HTMLResponse(text, status, headers)
@@ -238,10 +232,10 @@ class _Site:
     def _page(self, request: Request) -> Response:
         person, token = self._session(request)
         answers = self.store.answers_of(person)
-        every = pages(self.study, person.number, answers)
-        number, reached = request.path_params["number"], _reached(every, answers)
-        if number > reached:
-            return RedirectResponse("/end" if reached > len(every) else f"/page/{reached}", 303)
+        every = pages(self.study, person.seed, answers)
+        number, first_open = request.path_params["number"], reached(every, answers)
+        if number > first_open:
+            return RedirectResponse("/end" if first_open > len(every) else f"/page/{first_open}", 303)
         if not 1 <= number <= len(every):
             raise _Stop(404, "not_found")
         return self._shown(person, token, every, number, answers)
@@ -275,7 +269,7 @@ class _Site:
             given=given,
             problems=sent.problems if sent else {},
             address=self._address,
-            is_clip=self._is_clip,
+            is_clip=lambda name: is_clip(self.folder, self._pictures[name]),
             pictures=self._pictures,
             size=self.study.size,
             following=self._following(every[number] if number < len(every) else None),
@@ -286,10 +280,6 @@ class _Site:
         if isinstance(trial.question, Staircase):
             return f"/seen/{trial.question.name}/{trial.number}/{side}"
         return f"/picture/{self.store.hidden(f'picture {trial.shown[side]}')}"
-
-    def _is_clip(self, name: str) -> bool:
-        file = picture_file(self.folder, self._pictures[name])
-        return file is not None and file.suffix.lower() in (".mp4", ".webm")
 
     def _following(self, page: Page | None) -> list[str]:
         """Addresses of the next page's pictures, which are loaded ahead."""
@@ -304,11 +294,11 @@ class _Site:
         if self._closed():
             raise _Stop(403, "closed")
         answers = self.store.answers_of(person)
-        every = pages(self.study, person.number, answers)
+        every = pages(self.study, person.seed, answers)
         number = request.path_params["number"]
         if not 1 <= number <= len(every):
             raise _Stop(404, "not_found")
-        if number > _reached(every, answers):
+        if number > reached(every, answers):
             raise FormError("comes before its turn")
         go, page = _one(fields, "go", ("next", "back", "pause"), "next"), every[number - 1]
         sent = filled(page, person.number, fields)
@@ -317,7 +307,7 @@ class _Site:
         # what is sound is kept, whichever way a person goes on
         kept = [answer for answer in sent.answers if f"{answer.question}.{answer.trial}" not in sent.problems]
         kept = [answer for answer in kept if go == "next" or answer.value not in (None, []) or answer.other]
-        changed = [each for each in kept if not _alike(answers.get(f"{each.question}.{each.trial}"), each)]
+        changed = [each for each in kept if not alike(answers.get(f"{each.question}.{each.trial}"), each)]
         ends = {each.question: each.trial for each in changed if isinstance(page.trials[0].question, Staircase)}
         if changed:
             self.store.save(changed, ends)
@@ -328,7 +318,7 @@ class _Site:
         answers = {**answers, **{f"{each.question}.{each.trial}": each for each in changed}}
         if ends:
             answers = self.store.answers_of(person)
-        every = pages(self.study, person.number, answers)
+        every = pages(self.study, person.seed, answers)
         if number < len(every):
             return RedirectResponse(f"/page/{number + 1}", 303)
         self.store.finish(person)
@@ -337,15 +327,15 @@ class _Site:
     def _pause(self, request: Request) -> Response:
         person, _ = self._session(request)
         answers = self.store.answers_of(person)
-        reached = _reached(pages(self.study, person.number, answers), answers)
-        return self._html("pause", person.language, code=self._code_of(request, person), number=reached)
+        number = reached(pages(self.study, person.seed, answers), answers)
+        return self._html("pause", person.language, code=self._code_of(request, person), number=number)
 
     def _end(self, request: Request) -> Response:
         person, _ = self._session(request)
         answers = self.store.answers_of(person)
-        every = pages(self.study, person.number, answers)
-        if (reached := _reached(every, answers)) <= len(every):
-            return RedirectResponse(f"/page/{reached}", 303)
+        every = pages(self.study, person.seed, answers)
+        if (number := reached(every, answers)) <= len(every):
+            return RedirectResponse(f"/page/{number}", 303)
         return self._html("end", person.language, code=self._code_of(request, person))
 
     def _code(self, request: Request) -> Response:
@@ -359,8 +349,8 @@ class _Site:
         if not (found := self.store.come_back(code)):
             return self._html("code", self._language(request), 422, what="resume", problem="wrong_code")
         answers = self.store.answers_of(found[0])
-        reached = _reached(pages(self.study, found[0].number, answers), answers)
-        return self._signed_in(request, found[1], code, f"/page/{reached}")
+        number = reached(pages(self.study, found[0].seed, answers), answers)
+        return self._signed_in(request, found[1], code, f"/page/{number}")
 
     def _ask_delete(self, request: Request) -> Response:
         return self._html("code", self._language(request), what="delete", problem="")
@@ -375,6 +365,31 @@ class _Site:
         response.delete_cookie(_COOKIE, path="/")
         return response
 
+    async def _take_message(self, request: Request) -> Response:
+        """Keep what a page that stands elsewhere sends; it may come from any site, as it carries a person's code."""
+        try:
+            text = await _body(request, MOST_MESSAGE_BYTES)
+            status, words = await run_in_threadpool(self._keep, request, text)
+        except _Stop as stop:
+            status, words = stop.status, self._words[self.study.languages[0]][stop.words]
+        headers = {**_HEADERS, "Access-Control-Allow-Origin": "*", "Cache-Control": "no-store"}
+        return Response(words, status, headers, "text/plain; charset=utf-8")
+
+    def _keep(self, request: Request, text: bytes) -> tuple[int, str]:
+        try:
+            message = message_of(text)
+            known = self.store.of_code(message.code)
+            self._sent.take(str(known.number)) if known else self._begun.take(self._from(request))
+            if self._closed() and isinstance(message, Message):
+                raise _Stop(403, "closed")
+            take(self.study, self.store, message, datetime.now(UTC))
+        except (FormError, OtherPlanError) as error:
+            return 400 if isinstance(error, FormError) else 409, f"The message {error}."
+        except GreenswardError as error:
+            print(f"error: {error}", flush=True)
+            return 503, self._words[self.study.languages[0]]["failed"]
+        return 200, "kept"
+
     # Files --------------------------------------------------------------------------------------------------
 
     def _picture(self, request: Request) -> Response:
@@ -385,7 +400,7 @@ class _Site:
         """A picture of a trial of this session."""
         person, _ = self._session(request)
         key = f"{request.path_params['question']}.{request.path_params['trial']}"
-        every = pages(self.study, person.number, self.store.answers_of(person))
+        every = pages(self.study, person.seed, self.store.answers_of(person))
         trial = next((each for page in every for each in page.trials if each.key == key), None)
         side = request.path_params["side"]
         shown = trial.shown[side] if trial and 0 <= side < len(trial.shown) else None
@@ -403,11 +418,22 @@ class _Site:
         name = request.path_params["name"]
         if name not in self._static:
             raise _Stop(404, "not_found")
-        kind, headers = _STATIC[name], {"Cache-Control": "max-age=300"}
+        kind, headers = STATIC[name], {"Cache-Control": "max-age=300"}
         return Response(self._static[name], media_type=kind, headers=headers)
 
     def _nothing(self, *_: object) -> Response:
         raise _Stop(404, "not_found")
+
+
+def words_of(language: str) -> dict[str, str]:
+    """Words of the page itself in a language."""
+    return tomllib.loads((PAGES / f"{language}.toml").read_text("utf-8"))
+
+
+def templates() -> Environment:
+    """The page's templates."""
+    loader = PackageLoader("greensward", "study/pages")
+    return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, auto_reload=False)
 
 
 def make_app(study: Study, folder: Path, store: Store, *, behind_proxy: bool = False) -> Starlette:
@@ -453,7 +479,7 @@ def _run(server: uvicorn.Server, listening: socket.socket) -> None:
         came.append(number)
         server.handle_exit(number, frame)
 
-    server.capture_signals = lambda: handled(end)
+    setattr(server, "capture_signals", lambda: handled(end))  # noqa: B010  # no method may be assigned to
     server.run(sockets=[listening])
     for number in came[:1]:
         signal.raise_signal(number)
@@ -464,12 +490,16 @@ async def _form(request: Request) -> dict[str, list[str]]:
     kind = request.headers.get("content-type", "").partition(";")[0].strip()
     if kind != "application/x-www-form-urlencoded":
         raise FormError("is no form")
+    return fields_of(await _body(request, MOST_BYTES))
+
+
+async def _body(request: Request, most_bytes: int) -> bytes:
     body = bytearray()
     async for chunk in request.stream():
         body += chunk
-        if len(body) > MOST_BYTES:
+        if len(body) > most_bytes:
             raise _Stop(413, "too_large")
-    return fields_of(bytes(body))
+    return bytes(body)
 
 
 def _check_site(request: Request) -> None:
@@ -488,12 +518,6 @@ def _one(fields: Fields, name: str, known: tuple[str, ...] = (), without: str | 
     return values[0]
 
 
-def _reached(every: list[Page], answers: Mapping[str, Answer]) -> int:
-    """Number, from 1, of the first page that is not answered; one past the last where all are."""
-    open_pages = (i for i, page in enumerate(every, 1) if any(trial.key not in answers for trial in page.trials))
-    return next(open_pages, len(every) + 1)
-
-
 def _as_fields(trial: Trial, answer: Answer | None) -> tuple[list[str], str]:
     """The fields that gave an answer: values, and the answer in own words."""
     if answer is None:
@@ -503,7 +527,3 @@ def _as_fields(trial: Trial, answer: Answer | None) -> tuple[list[str], str]:
         value = answer.shown.index(str(value))
     given = value if isinstance(value, list) else [] if value is None else [value]
     return [str(each) for each in given], answer.other
-
-
-def _alike(before: Answer | None, now: Answer) -> bool:
-    return before is not None and (before.value, before.other, before.shown) == (now.value, now.other, now.shown)

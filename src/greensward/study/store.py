@@ -20,8 +20,11 @@ from greensward.study.plan import Answer, Person
 
 DATABASE = "answers.db"
 """File of the answers, in the study's folder."""
-_LETTERS = "ABCDEFGHJKMNPQRSTVWXYZ23456789"  # none that look alike
+LETTERS = "ABCDEFGHJKMNPQRSTVWXYZ23456789"
+"""Letters of codes: none that look alike."""
 _GROUPS, _GROUP = 4, 4
+CODE = "-".join([f"[{LETTERS}]{{{_GROUP}}}"] * _GROUPS)
+"""Pattern of a code."""
 _WAIT_S = 10.0
 
 _tables = sql.MetaData()
@@ -35,6 +38,7 @@ _people = sql.Table(
     sql.Column("finished", sql.Text),
     sql.Column("token", sql.Text, nullable=False, unique=True),
     sql.Column("code", sql.Text, nullable=False, unique=True),
+    sql.Column("own_seed", sql.BigInteger),
     sqlite_autoincrement=True,  # so that the number of somebody who is deleted is not given again
 )
 _answers = sql.Table(
@@ -71,6 +75,8 @@ class Store:
             sql.event.listen(self._engine, "connect", _prepare_file)
         with self._working(writing=True) as connection:
             _tables.create_all(connection)
+            if all(column["name"] != "own_seed" for column in sql.inspect(connection).get_columns("people")):
+                connection.execute(sql.text("ALTER TABLE people ADD COLUMN own_seed BIGINT"))  # of an older version
             row = connection.execute(sql.select(_about.c.value).where(_about.c.name == "secret")).first()
             secret = row[0] if row else secrets.token_hex(32)
             if not row:
@@ -98,11 +104,22 @@ class Store:
     def begin(self, language: str) -> tuple[Person, str, str]:
         """Add a person; returns it, its token for a session, and its code to come back or to delete everything."""
         token, code = secrets.token_urlsafe(24), _new_code()
-        row = {"language": language, "begun": _now(), "token": _hashed(token), "code": _hashed(code)}
+        return self._begin(language, token, code, _now(), None), token, code
+
+    def begin_elsewhere(self, language: str, code: str, begun: str, seed: int) -> Person:
+        """Add a person whose page stands elsewhere, and made its code and chose its order."""
+        return self._begin(language, secrets.token_urlsafe(24), plain_code(code), begun, seed)
+
+    def _begin(self, language: str, token: str, code: str, begun: str, seed: int | None) -> Person:
+        row = {"language": language, "begun": begun, "token": _hashed(token), "code": _hashed(code), "own_seed": seed}
         with self._working(writing=True) as connection:
             number = connection.execute(_people.insert().values(**row)).inserted_primary_key
             assert number
-        return Person(number[0], language, row["begun"]), token, code
+        return Person(number[0], language, begun, own_seed=seed)
+
+    def of_code(self, code: str) -> Person | None:
+        """The person of a code."""
+        return self._person(_people.c.code == _hashed(plain_code(code)))
 
     def of_token(self, token: str) -> Person | None:
         """The person of a session."""
@@ -110,12 +127,12 @@ class Store:
 
     def is_code_of(self, code: str, person: Person) -> bool:
         """True if the code is that of a person."""
-        found = self._person(_people.c.code == _hashed(plain_code(code)))
+        found = self.of_code(code)
         return found is not None and found.number == person.number
 
     def come_back(self, code: str) -> tuple[Person, str] | None:
         """Find a person by the code, and give it a new token, after which the old one is void."""
-        person = self._person(_people.c.code == _hashed(plain_code(code)))
+        person = self.of_code(code)
         if not person:
             return None
         token = secrets.token_urlsafe(24)
@@ -129,15 +146,10 @@ class Store:
         with self._working(writing=True) as connection:
             connection.execute(_people.update().where(where).values(finished=_now()))
 
-    def speak(self, person: Person, language: str) -> None:
-        """Change the language of a person."""
-        with self._working(writing=True) as connection:
-            connection.execute(_people.update().where(_people.c.number == person.number).values(language=language))
-
     def delete(self, code: str) -> bool:
         """Delete a person and all its answers; False where nobody has the code."""
         with self._working(writing=True) as connection:
-            person = self._person(_people.c.code == _hashed(plain_code(code)))
+            person = self.of_code(code)
             if not person:
                 return False
             connection.execute(_answers.delete().where(_answers.c.person == person.number))
@@ -162,7 +174,12 @@ class Store:
         `ends` holds, by question, the trial after which answers are dropped, as they followed from an earlier one.
         """
         rows = [
-            {**vars(answer), "shown": json.dumps(answer.shown), "value": json.dumps(answer.value), "at": _now()}
+            {
+                **vars(answer),
+                "shown": json.dumps(answer.shown),
+                "value": json.dumps(answer.value),
+                "at": answer.at or _now(),
+            }
             for answer in answers
         ]
         with self._working(writing=True) as connection:
@@ -224,7 +241,7 @@ def plain_code(code: str) -> str:
 
 
 def _new_code() -> str:
-    return plain_code("".join(secrets.choice(_LETTERS) for _ in range(_GROUPS * _GROUP)))
+    return plain_code("".join(secrets.choice(LETTERS) for _ in range(_GROUPS * _GROUP)))
 
 
 def _hashed(secret: str) -> str:
@@ -233,7 +250,7 @@ def _hashed(secret: str) -> str:
 
 
 def _person_of(row: Any) -> Person:
-    return Person(row.number, row.language, row.begun, row.finished)
+    return Person(row.number, row.language, row.begun, row.finished, row.own_seed)
 
 
 def _now() -> str:

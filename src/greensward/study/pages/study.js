@@ -1,51 +1,37 @@
 "use strict";
-// The page works without this script. It measures time, loads the next pictures ahead, sends once, and knows keys.
-const form = document.getElementById("form");
-document.querySelector(".errors")?.focus();
+// A page of questions works without this script. It measures time, loads the next pictures ahead, sends once, and knows keys.
 
-if (form) {
-  let shownAt = performance.now();
-  let sent = false;
+function choose(input) {
+  input.checked = true;
+  input.focus();
+}
 
-  addEventListener("pageshow", (event) => {
-    if (!event.persisted) return;
-    sent = false;
-    shownAt = performance.now();
-    document.getElementById("sending").textContent = "";
-  });
+// a clip plays by itself only for those who do not mind motion; its controls are always there
+function play(form) {
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+  for (const clip of form.querySelectorAll("video")) clip.play().catch(() => {});
+}
 
-  form.addEventListener("submit", (event) => {
-    if (sent) {
-      event.preventDefault();
-      return;
-    }
-    sent = true;
-    form.elements.seconds.value = ((performance.now() - shownAt) / 1000).toFixed(3);
-    document.getElementById("sending").textContent = form.dataset.sending;
-  });
+function tellSmall(form) {
+  const small = form.querySelector(".too-small");
+  if (small) small.hidden = [...form.querySelectorAll(".frame")].every((each) => each.scrollWidth <= each.clientWidth);
+}
 
-  // a clip plays by itself only for those who do not mind motion; its controls are always there
-  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  for (const clip of document.querySelectorAll("video")) if (!still) clip.play().catch(() => {});
-
+function prepare(form) {
   const pair = form.querySelector(".pair");
   if (pair) {
-    const sides = [...pair.querySelectorAll(".side")];
-    sides.forEach((side) => side.querySelector("img")?.addEventListener("click", () => choose(side.querySelector("input"))));
+    pair.addEventListener("click", (event) => {
+      if (event.target.matches("img")) choose(event.target.closest(".side").querySelector("input"));
+    });
     const answers = { ArrowLeft: "0", ArrowRight: "1", ArrowDown: "=" };
     addEventListener("keydown", (event) => {
-      if (event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return;
+      if (form.hidden || event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return;
       if (event.target.closest?.("video, a, textarea, input[type=text]")) return;
       const input = pair.querySelector(`input[value="${answers[event.key]}"]`);
       if (!input) return;
       event.preventDefault();
       choose(input);
     });
-  }
-
-  function choose(input) {
-    input.checked = true;
-    input.focus();
   }
 
   // a digit answers the score that has the focus
@@ -55,14 +41,39 @@ if (form) {
       if (input) choose(input);
     });
 
-  const small = document.getElementById("small");
-  if (small) {
-    const tell = () => (small.hidden = [...form.querySelectorAll(".frame")].every((each) => each.scrollWidth <= each.clientWidth));
-    addEventListener("resize", tell);
-    addEventListener("load", tell);
-  }
+  form.addEventListener("load", () => tellSmall(form), true);
+  addEventListener("resize", () => tellSmall(form));
+}
 
+const form = document.getElementById("form");
+document.querySelector("body > main .errors:not([hidden])")?.focus();
+
+if (form) {
+  let shownAt = performance.now();
+  let sent = false;
+  const status = form.querySelector(".sending");
+
+  addEventListener("pageshow", (event) => {
+    if (!event.persisted) return;
+    sent = false;
+    shownAt = performance.now();
+    status.textContent = "";
+  });
+
+  form.addEventListener("submit", (event) => {
+    if (sent) {
+      event.preventDefault();
+      return;
+    }
+    sent = true;
+    form.elements.seconds.value = ((performance.now() - shownAt) / 1000).toFixed(3);
+    status.textContent = form.dataset.sending;
+  });
+
+  prepare(form);
+  play(form);
   addEventListener("load", () => {
+    tellSmall(form);
     for (const address of form.dataset.following.split(" ").filter(Boolean))
       fetch(address, { priority: "low" }).catch(() => {});
   });
