@@ -1,25 +1,34 @@
 """Which OpenGL objects exist, asked of the driver itself."""
 
 import ctypes
+from collections.abc import Callable, Iterator
 
 from greensward.gpu.device import Device
 
 _KINDS = ("Buffer", "Texture", "Framebuffer", "Renderbuffer", "VertexArray", "Program", "Shader", "Sampler", "Query")
-_MOST = 20_000
+_GAP = 2_000
 _DELETE_STATUS = 0x8B80
 
 
 def live_objects(device: Device) -> dict[str, set[int]]:
-    """Names of the objects of each kind that nobody has deleted; names above 20,000 are not looked at.
+    """Names of the objects of each kind that nobody has deleted; it ends after 2,000 names that are nobody's.
 
     Programs without users belong to the device, and do not count.
     """
     found = {}
     for kind in _KINDS:
         exists = device.function(f"glIs{kind}", ctypes.c_ubyte, ctypes.c_uint)
-        found[kind] = {name for name in range(1, _MOST) if exists(name) and not _is_deleted(device, kind, name)}
+        found[kind] = {name for name in _existing(exists) if not _is_deleted(device, kind, name)}
     found["Program"] -= {each.gl.glo for each in device.programs._programs.values() if not each.users}
     return found
+
+
+def _existing(exists: Callable[[int], int]) -> Iterator[int]:
+    name = last = 0
+    while name < last + _GAP:
+        name += 1
+        if exists(name):
+            yield (last := name)
 
 
 def _is_deleted(device: Device, kind: str, name: int) -> bool:

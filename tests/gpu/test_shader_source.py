@@ -31,7 +31,7 @@ def test_each_include_is_inlined_once_where_it_is_first_needed():
     lines = source.text.splitlines()
     assert lines[:2] == ["#version 430 core", "#extension GL_NV_gpu_shader5 : require"]
     assert lines[2:4] == ["#define LEVEL 3", "#define FAST true"]
-    code = [(line, origin) for line, origin in zip(lines, source.origin, strict=True) if not line.startswith("#")]
+    code = [(line, source.origin(k)) for k, line in enumerate(lines, start=1) if not line.startswith("#")]
     assert code == [
         ("// one", ("outer", 1)),
         (_NESTED["inner"], ("inner", 1)),
@@ -66,7 +66,7 @@ def test_a_dead_include_hides_no_live_one(device, text):
 
 def test_package_files_and_layouts_are_found():
     source = assemble("sowing/sow.comp")
-    files = {file for file, _ in source.origin}
+    files = {file for file, _, _ in source.runs}
     assert {"sowing/sow.comp", "sowing/sward.glsl", "shaders/hash.glsl", "layout/Sward", "layout/Ground"} <= files
     assert source.text.count("uvec3 hash3(") == 1
 
@@ -102,9 +102,12 @@ def test_files_are_read_again_when_they_were_forgotten(monkeypatch, tmp_path):
 def test_a_stage_that_does_not_compile_names_its_file(device, monkeypatch):
     vertex = "shaders/screen.vert"
     texts = {vertex: ("", "", "void main() { wrong; }"), "passes/post/blit.frag": ("void main() {}",)}
+    shader_source.forget_files()
     monkeypatch.setattr(shader_source, "read_lines", texts.__getitem__)
     with pytest.raises(ShaderError, match=rf"{vertex}:3:"):
         Draw(device, vertex, "passes/post/blit.frag")
+    monkeypatch.undo()
+    shader_source.forget_files()
 
 
 @pytest.mark.parametrize(
@@ -114,8 +117,8 @@ def test_a_stage_that_does_not_compile_names_its_file(device, monkeypatch):
 )
 def test_positions_of_every_driver(position):
     sources = {
-        "vertex_shader": Source("", (("a.vert", 0), ("a.vert", 1), ("a.vert", 2), ("a.vert", 3))),
-        "fragment_shader": Source("", (("b.frag", 0), ("b.frag", 1), ("c.glsl", 7), ("c.glsl", 8))),
+        "vertex_shader": Source("", (("a.vert", 0, 4),)),
+        "fragment_shader": Source("", (("b.frag", 0, 2), ("c.glsl", 7, 2))),
     }
     said = locate(f"GLSL Compiler failed\n\nfragment_shader\n===\n{position}undefined x", sources)
     assert "c.glsl:8:" in said
@@ -124,7 +127,7 @@ def test_positions_of_every_driver(position):
 
 
 def test_several_messages_and_lines_out_of_range():
-    sources = {"compute_shader": Source("", (("x.comp", 0), ("x.comp", 1)))}
+    sources = {"compute_shader": Source("", (("x.comp", 0, 2),))}
     assert (
         locate("0:1(1): a\n0:2(3): b\n0:99(1): c\nat 12:30", sources)
         == "x.comp:0: a\nx.comp:1: b\n0:99(1): c\nat 12:30"

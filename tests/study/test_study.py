@@ -237,6 +237,17 @@ def test_pictures_are_drawn_once_and_again_when_they_change(folder):
     assert len(to_draw(study, folder)) == 1
 
 
+def test_a_clip_is_drawn_into_a_new_folder(folder):
+    pytest.importorskip("imageio_ffmpeg")
+    with (folder / "study.toml").open("a") as file:
+        file.write('[[picture]]\nname = "wind"\nscene = "small.toml"\nsamples = 1\nseconds = 0.1\n')
+    study = load_study(folder)
+    for each in to_draw(study, folder):
+        draw(study, folder, each, device="cpu")
+    assert (missing_pictures(study, folder), to_draw(study, folder)) == ([], [])
+    assert (folder / "pictures" / "wind.mp4").stat().st_size > 500
+
+
 def test_all_that_is_wrong_with_pictures_is_said_before_any_is_drawn(folder):
     (folder / "small.toml").write_text("[sky]\ncloud = 1\n")
     (folder / "photo.jpg").unlink()

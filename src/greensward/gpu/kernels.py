@@ -5,6 +5,7 @@ import re
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import moderngl
@@ -169,6 +170,12 @@ class _Bound:
             self.device.programs.give(program)
 
 
+@lru_cache(maxsize=512)
+def _group(text: str) -> tuple[int, ...]:
+    sizes = dict(_LOCAL_SIZE.findall(text))
+    return tuple(int(sizes.get(axis, 1)) for axis in "xyz")
+
+
 class Kernel(_Bound):
     """A compute shader.
 
@@ -188,8 +195,7 @@ class Kernel(_Bound):
     ) -> None:
         source = assemble(path, defines, generated, extensions)
         super().__init__(device, path, {"compute_shader": source}, bindings)
-        sizes = dict(_LOCAL_SIZE.findall(source.text))
-        self.group = tuple(int(sizes.get(axis, 1)) for axis in "xyz")
+        self.group = _group(source.text)
         """Invocations of a workgroup along x, y and z."""
         self._gl: Any = self._program.gl
 

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
-from itertools import repeat
 
 from greensward.gpu.layouts import LAYOUTS
 from greensward.scene.errors import GreenswardError
@@ -22,10 +21,19 @@ class ShaderError(GreenswardError):
 
 @dataclass(frozen=True)
 class Source:
-    """A flat shader text and, for each of its lines, the file and line it came from."""
+    """A flat shader text, and the files and lines it came from."""
 
     text: str
-    origin: tuple[tuple[str, int], ...]
+    runs: tuple[tuple[str, int, int], ...]
+    """File, number of the first line, and how many of its lines follow each other."""
+
+    def origin(self, number: int) -> tuple[str, int] | None:
+        """File and line of a line of the text, from 1; None where there is no such line."""
+        for file, first, count in self.runs:
+            if 1 <= number <= count:
+                return file, first + number - 1
+            number -= count
+        return None
 
 
 @cache
@@ -39,6 +47,7 @@ def read_lines(path: str) -> tuple[str, ...]:
 def forget_files() -> None:
     """Read shader files again when they are next needed: they have changed."""
     read_lines.cache_clear()
+    _assembled.cache_clear()
 
 
 @dataclass(frozen=True)
@@ -76,20 +85,32 @@ def assemble(
     Each inclusion stands in a guard. A file is inlined again where an earlier inclusion stands in an `#if`, since
     only the compiler knows whether that one is live. `generated` holds texts that exist only in memory, by path.
     """
+    values = tuple((name, str(value)) for name, value in defines.items())
+    return _assembled(path, values, tuple(generated.items()), tuple(extensions))
+
+
+@lru_cache(maxsize=512)
+def _assembled(
+    path: str,
+    defines: tuple[tuple[str, str], ...],
+    generated_texts: tuple[tuple[str, str], ...],
+    extensions: tuple[str, ...],
+) -> Source:
+    generated = dict(generated_texts)
     lines: list[str] = []
-    origin: list[tuple[str, int]] = []
+    origins: list[tuple[str, int, int]] = []
     scopes: list[set[str]] = [set()]  # files that are live wherever the text inside these conditions is
 
     def emit(file: str, number: int, *text: str) -> None:
         lines.extend(text)
-        origin.extend((file, number) for _ in text)
+        origins.extend((file, number, 1) for _ in text)
 
     def inline(file: str, parents: tuple[str, ...]) -> None:
         scopes[-1].add(file)
         for run in _runs(tuple(generated[file].splitlines()) if file in generated else read_lines(file)):
             lines.extend(run.lines)
             end = run.first + len(run.lines)
-            origin.extend(zip(repeat(file), range(run.first, end), strict=False))
+            origins.append((file, run.first, len(run.lines)))
             if run.condition:
                 if run.condition != "if":
                     scopes.pop()
@@ -104,9 +125,9 @@ def assemble(
 
     emit(path, 0, "#version 430 core")
     emit(path, 0, *(f"#extension {extension} : require" for extension in extensions))
-    emit(path, 0, *(f"#define {name} {value}" for name, value in defines.items()))
+    emit(path, 0, *(f"#define {name} {value}" for name, value in defines))
     inline(path, (path,))
-    return Source("\n".join(lines) + "\n", tuple(origin))
+    return Source("\n".join(lines) + "\n", tuple(origins))
 
 
 def locate(message: str, sources: Mapping[str, Source]) -> str:
@@ -115,9 +136,7 @@ def locate(message: str, sources: Mapping[str, Source]) -> str:
 
     def replace(match: re.Match[str]) -> str:
         number = int(match[1] or match[2])
-        if not 1 <= number <= len(source.origin):
-            return match[0]
-        file, line = source.origin[number - 1]
-        return f"{file}:{line}:"
+        origin = source.origin(number)
+        return "{}:{}:".format(*origin) if origin else match[0]
 
     return _POSITION.sub(replace, message)

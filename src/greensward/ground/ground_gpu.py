@@ -78,7 +78,8 @@ class GroundGpu:
             if file and name == "density_map":
                 self.mean_density = float(pixels[..., 0].mean() / 255.0)
         self._soil_per_m = 1.0 / ground.texture_m
-        mean = _LIGHT[soil[..., :3]].mean(axis=(0, 1))
+        counts = [np.bincount(soil[..., channel].ravel(), minlength=256) for channel in range(3)]
+        mean = np.array(counts) @ _LIGHT / soil[..., 0].size
         self._block = BlockBuffer(device.ctx, GROUND_BLOCK)
         self._block.set(
             size_m=heights.size_m,

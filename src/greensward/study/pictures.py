@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.io.rasters import write_picture
-from greensward.io.video import VideoWriter, check_video
+from greensward.io.video import VideoWriter, check_video, find_ffmpeg
 from greensward.renderer import Renderer
 from greensward.scene.errors import GreenswardError, InputError, SceneError
 from greensward.scene.files import is_there, read_file, written_aside
@@ -69,7 +69,8 @@ def to_draw(study: Study, folder: Path, again: bool = False) -> list[Drawn]:
         raise SceneError(problems)
     for drawn in found:
         if drawn.picture.seconds:
-            check_video(drawn.file, study.size, _FPS)
+            check_video(folder / drawn.file.name, study.size, _FPS)  # the folder of pictures may not be there yet
+            find_ffmpeg()
     return found
 
 

@@ -152,7 +152,7 @@ def _sides(stairs: Staircase, random: np.random.Generator) -> list[int]:
 
 
 def order_of(study: Study, seed: int) -> dict[str, list[tuple[str, ...]] | list[int]]:
-    """What is random for a person, by question: pictures of its pairs, or sides of the levels of its staircase."""
+    """Random choices for a person, by question: pictures of its pairs, or sides of the levels of its staircase."""
     found: dict[str, list[tuple[str, ...]] | list[int]] = {}
     for number, questions in enumerate(stages(study)):
         random = np.random.default_rng([study.seed, seed, number])
