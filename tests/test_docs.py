@@ -1,5 +1,6 @@
 """The documentation is true: its code runs, its commands work, its links lead somewhere, its pictures exist."""
 
+import json
 import re
 import runpy
 import shlex
@@ -82,6 +83,8 @@ def test_commands_and_code_run_in_the_order_of_the_page(page, tiny, monkeypatch)
             (folder / "snippet.toml").write_text(text, encoding="utf-8")
             assert gs.load(folder / "snippet.toml")
             assert tomllib.loads(text)
+        elif language == "json":
+            json.loads(text)
         else:
             assert not language, f"{page.name}: what is {language}?"
 

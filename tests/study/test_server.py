@@ -22,7 +22,7 @@ from sites import study_in
 from starlette.testclient import TestClient
 
 from greensward.scene import GreenswardError, InputError
-from greensward.study.messages import MOST_MESSAGE_BYTES, plan_of
+from greensward.study.messages import MOST_MESSAGE_BYTES, message_of, plan_of
 from greensward.study.plan import order_of
 from greensward.study.server import make_app
 from greensward.study.store import Store
@@ -132,6 +132,12 @@ def test_only_what_a_page_elsewhere_can_send_is_kept(tmp_path, answers, keys, st
         assert reply.status_code == status
         assert said in reply.text
         assert site.store.people() == []
+
+
+def test_the_documented_message_is_one():
+    page = (Path(__file__).parents[2] / "docs" / "study.md").read_text(encoding="utf-8")
+    message = message_of(page.partition("```json\n")[2].partition("```")[0].encode())
+    assert message.answers["realistic.0"].values == ["4"]
 
 
 @pytest.mark.parametrize("text", [b"", b"[]", b"null", b"{}", b"\xff", b"[" * 100_000, b'{"delete": 1}'])
