@@ -442,6 +442,17 @@ def lenses(size: Size, samples: int) -> Picture:
     )
 
 
+def weather(size: Size, samples: int) -> Picture:
+    """The meadow in four weathers."""
+    shots = []
+    for name in ("clear", "fair", "broken", "overcast"):
+        scene = gs.load(
+            "meadow", overrides={"sky": {"weather": name}, "sun.elevation_deg": 32, "post.exposure_ev": 0.2}
+        )
+        shots.append(labelled(draw(scene, size, samples, time_s=12.0).image, name))
+    return sheet(shots, 2)
+
+
 def clearing(size: Size, samples: int) -> Picture:
     """A road, a fence beside it, and a house that keeps its feet clear."""
     road = ((-5.0, 30.0), (-1.0, 8.0), (2.5, -4.0), (1.0, -18.0), (-8.0, -40.0))
@@ -648,6 +659,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "clearing.webp": (clearing, (800, 450), 16),
     "embed.jpg": (embed, (960, 540), 16),
     "lenses.webp": (lenses, (400, 240), 16),
+    "weather.webp": (weather, (560, 315), 16),
     "hosts.webp": (hosts, (400, 225), 1),
     "study.webp": (study_page, (1280, 720), 8),
     "viewer.webp": (viewer_window, (1280, 800), 16),

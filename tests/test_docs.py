@@ -131,7 +131,7 @@ def test_pictures_are_small():
         with Image.open(path) as picture:
             assert picture.format == {".jpg": "JPEG", ".webp": "WEBP"}[path.suffix], path.name
         assert path.stat().st_size <= 300_000, path.name
-    assert sum(path.stat().st_size for path in pictures) <= 7_000_000
+    assert sum(path.stat().st_size for path in pictures) <= 8_000_000
     assert sum(path.stat().st_size for path in plots) <= 1_000_000
 
 

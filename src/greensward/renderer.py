@@ -30,7 +30,7 @@ from greensward.library import as_scene
 from greensward.objects.placing import Placed, Script, placed_at, refuse_unknown
 from greensward.passes.blur import Blur
 from greensward.passes.gbuffer import BladePixels, GBuffer
-from greensward.passes.light import sun_at_ground, to_sun
+from greensward.passes.light import cloud_origin, sun_at_ground, to_sun
 from greensward.passes.lighting import Lighting
 from greensward.passes.post import Encoding, Look, Post
 from greensward.passes.post.window import Blit
@@ -667,10 +667,11 @@ class Renderer:
         shadow_views, mirror = views.shadows[number], views.mirrors[number]
         if (first and (number == 0 or shadow_views is not views.shadows[number - 1])) or not views.share_shadows:
             self._geometry.fill_shadow_maps(self._shadows.framebuffers, shadow_views)
-        mirrored = self._mirrored(mirror, offset_px, shadow_views, sample)
+        mirrored = self._mirrored(mirror, offset_px, shadow_views, sample, time_s)
         self._fill(number, before, offset_px, occlusion=first or mirrored is not None or bool(views.lens))
         with self.timers.measure("light"):
-            light = self._lighting.shade(self._gbuffer, self._shadows, shadow_views, sample)
+            clouds = cloud_origin(self.scene, views.pictures[number].camera_ws, time_s)
+            light = self._lighting.shade(self._gbuffer, self._shadows, shadow_views, sample, clouds)
         if self._water:
             with self.timers.measure("water"):
                 light = self._water.cover(light, mirrored, self._gbuffer, time_s)
@@ -689,7 +690,8 @@ class Renderer:
     def _fill_with_water(self, face: int, before: Sequence[Moment], offset_px: tuple[float, float]) -> None:
         self._fill(face, before, offset_px, occlusion=True)
         if self._water:
-            light = self._lighting.shade(self._gbuffer, self._shadows, self._views.shadows[face], 0)
+            clouds = cloud_origin(self.scene, self._views.pictures[face].camera_ws, self._time_s)
+            light = self._lighting.shade(self._gbuffer, self._shadows, self._views.shadows[face], 0, clouds)
             self._water.cover(light, None, self._gbuffer, self._time_s)
 
     def _truth(self, camera: Camera, aovs: Sequence[Aov], before: Sequence[Moment]) -> Truth:
@@ -708,7 +710,12 @@ class Renderer:
         return truth | {"camera": np.array(record)}
 
     def _mirrored(
-        self, mirror: View | None, offset_px: tuple[float, float], shadow_views: Sequence[View], sample: int
+        self,
+        mirror: View | None,
+        offset_px: tuple[float, float],
+        shadow_views: Sequence[View],
+        sample: int,
+        time_s: float,
     ) -> moderngl.Texture | None:
         """Light of what the water mirrors, if it does."""
         water = self._water
@@ -716,7 +723,8 @@ class Renderer:
             return None
         self._geometry.fill(water.gbuffer, mirror, mirror, offset_px, slot=MIRROR, occlusion=True)
         with self.timers.measure("water"):
-            return water.lighting.shade(water.gbuffer, self._shadows, shadow_views, sample)
+            clouds = cloud_origin(self.scene, mirror.camera_ws, time_s)
+            return water.lighting.shade(water.gbuffer, self._shadows, shadow_views, sample, clouds)
 
     def _move(self, time_s: float, cameras: tuple[Camera, ...]) -> FrameTime:
         """Sow around the camera if need be, and move the grass on to an instant."""

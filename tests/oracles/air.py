@@ -33,3 +33,12 @@ def transmittance(height_km: float, sine: float, haze: float, steps: int = 20_00
         ]
     )
     return np.exp(-(RAYLEIGH * amounts[0] + MIE_EXTINCTION * haze * amounts[1] + OZONE * amounts[2]))
+
+
+def overcast_radiance(sine: np.ndarray, sun_sine: float, outside: np.ndarray) -> np.ndarray:
+    """Luminance of the overcast sky by the sine of its elevation, under an irradiance (3,) outside the air.
+
+    Moon & Spencer 1942; the ground has 0.3 + 21 sin γ kilolux of 133.8 outside (Krochmann 1963).
+    """
+    ground = (0.3 + 21.0 * sun_sine) / 133.8 * (outside @ np.array([0.2126, 0.7152, 0.0722]))
+    return ground * 9.0 / (7.0 * np.pi) * (1.0 + 2.0 * sine) / 3.0

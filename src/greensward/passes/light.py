@@ -18,6 +18,10 @@ LIGHT_BLOCK = block(
     ("caster_m", "float"),  # half the width of what casts the shadow of a broad blade
     ("haze", "float"),
     ("clouds", "float"),
+    ("overcast", "float"),
+    ("cloud_shadows", "float"),
+    ("cloud_scale", "float"),  # from metres to the pattern of single clouds
+    ("cloud_origin", "vec2"),  # of the camera in that pattern
     ("sky_strength", "float"),
     ("cascades", "int"),
     ("exposure_ev", "float"),
@@ -55,6 +59,9 @@ def light_values(scene: Scene) -> dict[str, object]:
         "caster_m": _caster_m(scene),
         "haze": sky.haze,
         "clouds": sky.clouds,
+        "overcast": sky.overcast,
+        "cloud_shadows": sky.cloud_shadows,
+        "cloud_scale": _cloud_scale(scene),
         "sky_strength": sky.strength,
         "exposure_ev": post.exposure_ev,
         "saturation": post.saturation,
@@ -69,6 +76,21 @@ def light_values(scene: Scene) -> dict[str, object]:
         "phong": (phong.ambient, phong.diffuse, phong.specular, phong.shininess),
         "extinction": phong.extinction,
     }
+
+
+def cloud_origin(scene: Scene, camera_ws: npt.NDArray[np.float64], time_s: float) -> npt.NDArray[np.float64]:
+    """Place (2,) of a camera in the pattern of single clouds, which their speed shifts; 0 while they stand still."""
+    sky = scene.sky
+    if sky.cloud_shadows == sky.cloud_speed_mps == 0.0:
+        return np.zeros(2)
+    angle = math.radians(sky.cloud_direction_deg)
+    come_from = np.array([math.sin(angle), -math.cos(angle)])
+    shifted: npt.NDArray[np.float64] = camera_ws[[0, 2]] + come_from * sky.cloud_speed_mps * time_s
+    return shifted * _cloud_scale(scene)
+
+
+def _cloud_scale(scene: Scene) -> float:
+    return 0.55 / scene.sky.cloud_height_m
 
 
 def _caster_m(scene: Scene) -> float:
@@ -96,5 +118,5 @@ def sun_at_ground(scene: Scene) -> npt.NDArray[np.float64]:
         + 3.996e-3 * 1.11 * scene.sky.haze * mie
         + np.array([0.650e-3, 1.881e-3, 0.085e-3]) * ozone
     )
-    result: npt.NDArray[np.float64] = _SUN * scene.sun.strength * np.exp(-depth)
+    result: npt.NDArray[np.float64] = _SUN * (scene.sun.strength * (1.0 - scene.sky.overcast)) * np.exp(-depth)
     return result

@@ -95,7 +95,8 @@ class ShadowMaps:
 
 
 def _cascades(scene: Scene) -> int:
-    return scene.shadows.cascades if scene.shadows.enabled and scene.sun.elevation_deg > 0 else 0
+    shines = scene.sun.elevation_deg > 0 and scene.sky.overcast < 1.0
+    return scene.shadows.cascades if scene.shadows.enabled and shines else 0
 
 
 def shadow_from_world(view: View) -> npt.NDArray[np.float64]:

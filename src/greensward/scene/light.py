@@ -18,15 +18,50 @@ class Sun(Model):
     """Factor on its light."""
 
 
+_WEATHERS: dict[str, dict[str, float]] = {
+    "clear": {"haze": 0.6, "clouds": 0.0},
+    "hazy": {"haze": 6.0, "clouds": 0.15, "overcast": 0.1},
+    "fair": {"clouds": 0.4, "cloud_shadows": 0.85, "cloud_speed_mps": 8.0},
+    "broken": {"haze": 1.5, "clouds": 0.62, "overcast": 0.15, "cloud_shadows": 0.95, "cloud_speed_mps": 12.0},
+    "overcast": {"haze": 2.0, "clouds": 0.7, "overcast": 1.0, "cloud_speed_mps": 6.0},
+}
+
+
 class Sky(Model):
     """Atmosphere: haze and clouds."""
 
+    weather: Literal["clear", "hazy", "fair", "broken", "overcast"] | None = None
+    """Starting point: values of the keys of this table that are not given."""
     haze: Number = Field(default=1.0, ge=0, le=50)
     """Dust and moisture: 0 is pure air, 1 a clear day, 10 very hazy."""
     clouds: Number = Field(default=0.35, ge=0, le=1)
-    """Fraction of the sky that clouds cover. They cast no shadow on the grass."""
+    """Fraction of the sky that single clouds cover."""
+    overcast: Number = Field(default=0.0, ge=0, le=1)
+    """Part of the sun that a closed layer of cloud takes away. At 1 the sky is the overcast sky of the CIE, and
+    nothing has a shadow with an edge."""
+    cloud_shadows: Number = Field(default=0.0, ge=0, le=1)
+    """Part of the sun that single clouds take away where their shadows lie."""
+    cloud_height_m: Number = Field(default=1200.0, ge=50, le=20_000)
+    """Height of single clouds above the ground; higher ones are larger."""
+    cloud_speed_mps: Number = Field(default=0.0, ge=0, le=200)
+    """Speed of clouds and their shadows."""
+    cloud_direction_deg: Number = Field(default=250.0, ge=-360, le=360)
+    """Direction that clouds come from, clockwise from north (−z)."""
     strength: Number = Field(default=1.0, ge=0, le=100)
     """Factor on the light of the sky."""
+
+    @model_validator(mode="after")
+    def _begins_with_weather(self) -> Self:
+        given = self.model_fields_set
+        for key, value in _WEATHERS.get(self.weather or "", {}).items():
+            if key not in given:
+                self.__dict__[key] = value  # not as given: another weather changes it again
+        if "cloud_shadows" in given and self.cloud_shadows > 0.0:
+            if self.clouds == 0.0:
+                raise ValueError("cloud_shadows needs clouds above 0 (got 0)")
+            if self.overcast == 1.0:
+                raise ValueError("cloud_shadows needs a sun, and overcast must be below 1 for it (got 1)")
+        return self
 
 
 _Coefficient = Annotated[Number, Field(ge=0, le=1)]

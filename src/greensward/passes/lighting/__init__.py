@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import moderngl
 import numpy as np
+import numpy.typing as npt
 
 from greensward.gpu.buffers import release_all
 from greensward.gpu.device import Device, Stage
@@ -49,16 +50,24 @@ class Lighting:
         return self._sky.read()
 
     def shade(
-        self, gbuffer: GBuffer, shadows: ShadowMaps, shadow_views: Sequence[View], sample: int
+        self,
+        gbuffer: GBuffer,
+        shadows: ShadowMaps,
+        shadow_views: Sequence[View],
+        sample: int,
+        clouds_at: npt.NDArray[np.float64],
     ) -> moderngl.Texture:
-        """Light every pixel: radiance, RGBA half floats. Passes after it share its light and sky."""
+        """Light every pixel: radiance, RGBA half floats. Passes after it share its light and sky.
+
+        `clouds_at` is `cloud_origin` of the camera.
+        """
         if shadow_views is not self._shadow_views:
             self._shadow_views = shadow_views
             matrices, texels = np.tile(np.eye(4), (4, 1, 1)), np.ones(4)
             for i, shadow_view in enumerate(shadow_views):
                 matrices[i], texels[i] = shadow_from_world(shadow_view), shadow_view.pixel_m[1]
             self._block.set(shadow_from_world=matrices, shadow_texel_m=texels, cascades=len(shadow_views))
-        self._block.set(sample_index=sample)
+        self._block.set(sample_index=sample, cloud_origin=clouds_at)
         self._shared.update({**gbuffer.bindings, **shadows.bindings, **self._bindings})
         self._pass.run(self._radiance)
         return self._radiance

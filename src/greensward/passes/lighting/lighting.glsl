@@ -113,6 +113,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     float spread = on_ground ? mix(UNDER_GRASS, SPREAD, smoothstep(0.3, 1.0, open)) : SPREAD;
     float lit = sunlit(p, lie, classAt(pixel), spread, ditherAt(pixel));
     if (on_ground) lit *= smoothstep(-0.04, 0.2, dot(lie, toSun));
+    lit *= throughClouds(p);
 #ifdef PHONG
     float left = open < 1.0 ? ambientLeft(leafAreaAt(p.xz), depthBelowTips(open)) : 1.0;
     vec3 colour = phong(albedo, n, -ray, toSun, lit * sun, skylight.mean.rgb, left);

@@ -48,3 +48,15 @@ float miePhase(float mu) {
     const float g = 0.76, gg = g * g;
     return 3.0 / (8.0 * PI) * (1.0 - gg) * (1.0 + mu * mu) / ((2.0 + gg) * pow(1.0 + gg - 2.0 * g * mu, 1.5));
 }
+
+// Radiance of the overcast sky in a direction, by the sine of its elevation: three times as bright overhead as at the horizon
+// (Moon & Spencer 1942, "Illumination from a non-uniform sky"; the CIE's standard sky 16)
+vec3 overcastRadiance(float sine) {
+    // illuminance of the ground against that outside the air, in kilolux (Krochmann 1963); it falls quickly after sunset
+    const float OUTSIDE_KLX = 133.8, PER_DEGREE = 0.75;
+    float below_deg = min(degrees(asin(clamp(light.to_sun.y, -1.0, 1.0))), 0.0);
+    float share = (0.3 * exp(PER_DEGREE * below_deg) + 21.0 * max(light.to_sun.y, 0.0)) / OUTSIDE_KLX;
+    float ground = share * dot(light.sun_outside.rgb, vec3(0.2126, 0.7152, 0.0722)) * light.sky_strength;
+    float zenith = ground * 9.0 / (7.0 * PI);
+    return vec3(0.97, 1.0, 1.03) * zenith * (1.0 + 2.0 * max(sine, 0.0)) / 3.0;
+}

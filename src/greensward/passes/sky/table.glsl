@@ -34,6 +34,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
         through *= gone;
     }
     radiance *= light.sun_outside.rgb * light.sky_strength;
+    radiance = mix(radiance, overcastRadiance(rise), light.overcast);
     // the ground below gives back some of what falls on it
     float below = light.open_below != 0 ? 0.0 : smoothstep(0.0, -0.12, d.y);
     result[0] = vec4(mix(radiance, radiance * vec3(0.20, 0.23, 0.12), below), 1.0);
