@@ -34,8 +34,8 @@ kind = "flat"
 size_m = [60, 60]
 
 [sowing]
-density_per_m2 = 40
-reach_m = 25  # near
+density_per_m2 = 16
+reach_m = 20  # near
 
 [shadows]
 enabled = false
@@ -273,14 +273,14 @@ def _disk_time_passes(d):
 def test_a_scene_file_that_breaks_while_open(drive):
     d = drive()
     file, shown = Path("field.toml"), d.session.scene
-    file.write_text(SCENE.replace("reach_m = 25", "reach = 25"))
+    file.write_text(SCENE.replace("reach_m = 20", "reach = 25"))
     _disk_time_passes(d)
     assert "field.toml: sowing.reach: unknown key; did you mean reach_m?" in d.viewer.problems
     assert d.session.scene == shown
     file.write_text("nonsense")
     _disk_time_passes(d)
     assert "field.toml: end of document" in d.viewer.problems[0]
-    file.write_text(SCENE.replace("reach_m = 25", "reach_m = 15"))
+    file.write_text(SCENE.replace("reach_m = 20", "reach_m = 15"))
     _disk_time_passes(d)
     assert d.viewer.problems == ()
     assert d.session.scene.sowing.reach_m == 15.0
@@ -618,7 +618,7 @@ def test_every_pass_that_is_timed_is_shown(drive, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.usefixtures("coarse_far")
 def test_far_blades_are_timed_and_shown(drive):
-    d = drive(SCENE.replace("reach_m = 25  # near", "reach_m = 25\ntraced_m = 15"))
+    d = drive(SCENE.replace("reach_m = 20  # near", "reach_m = 20\ntraced_m = 15"))
     d.ui.go_to("Frame")
     d.frames(3)
     assert "far" in passes_of(d.viewer.pass_times)
