@@ -115,7 +115,7 @@ def _page(study: Study, folder: Path, endpoint: str, language: str, hidden: dict
         trials = [Trial(each, shown=shown_in(each)[:2] if kind != "plain" else shown_in(each)) for each in questions]
         shown.append({"kind": kind, "trials": trials})
     template = templates().get_template("static.html.j2")
-    return template.render(
+    html: str = template.render(
         study=study,
         language=language,
         languages={each: LANGUAGES[each] for each in study.languages},
@@ -131,6 +131,7 @@ def _page(study: Study, folder: Path, endpoint: str, language: str, hidden: dict
         is_clip=lambda name: is_clip(folder, pictures[name]),
         address=lambda trial, side: "" if trial.question.kind in _BLIND else hidden[trial.shown[side]],
     )
+    return html
 
 
 def _file_of(study: Study, language: str) -> str:
