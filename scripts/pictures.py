@@ -453,6 +453,11 @@ def weather(size: Size, samples: int) -> Picture:
     return sheet(shots, 2)
 
 
+def fog(size: Size, samples: int) -> Picture:
+    """The meadow at a low sun, with fog in its valleys."""
+    return draw(gs.load("meadow", overrides={"fog": {"scale_m": 6.0}}), size, samples).image
+
+
 def clearing(size: Size, samples: int) -> Picture:
     """A road, a fence beside it, and a house that keeps its feet clear."""
     road = ((-5.0, 30.0), (-1.0, 8.0), (2.5, -4.0), (1.0, -18.0), (-8.0, -40.0))
@@ -659,6 +664,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "clearing.webp": (clearing, (800, 450), 16),
     "embed.jpg": (embed, (960, 540), 16),
     "lenses.webp": (lenses, (400, 240), 16),
+    "fog.webp": (fog, (1120, 630), 16),
     "weather.webp": (weather, (560, 315), 16),
     "hosts.webp": (hosts, (400, 225), 1),
     "study.webp": (study_page, (1280, 720), 8),

@@ -51,6 +51,7 @@ _IN_PLACE = {
     "camera",
     "sun",
     "sky",
+    "fog",
     "phong",
     "shadows",
     "post",
@@ -552,7 +553,7 @@ class Renderer:
             self._world.change(scene)
             if before.object != scene.object:
                 self._geometry.change_objects()
-            if any(getattr(before, name) != getattr(scene, name) for name in ("sun", "sky", "phong", "post")):
+            if any(getattr(before, name) != getattr(scene, name) for name in ("sun", "sky", "fog", "phong", "post")):
                 self._lighting.relight(scene)
                 if self._water:
                     self._water.relight(scene)

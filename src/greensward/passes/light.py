@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from greensward.gpu.layouts import block
-from greensward.scene import NoGround, Phong, Scene
+from greensward.scene import Fog, NoGround, Phong, Scene
+from greensward.scene.base import linear
 
 LIGHT_BLOCK = block(
     "Light",
@@ -23,6 +24,12 @@ LIGHT_BLOCK = block(
     ("cloud_scale", "float"),  # from metres to the pattern of single clouds
     ("cloud_origin", "vec2"),  # of the camera in that pattern
     ("sky_strength", "float"),
+    ("fog_away", "vec4"),  # colours
+    ("fog_towards", "vec4"),
+    ("fog_per_m", "float"),
+    ("fog_level_m", "float"),
+    ("fog_scale_m", "float"),
+    ("fog_sharpness", "float"),
     ("cascades", "int"),
     ("exposure_ev", "float"),
     ("saturation", "float"),
@@ -51,7 +58,7 @@ def to_sun(scene: Scene) -> npt.NDArray[np.float64]:
 
 def light_values(scene: Scene) -> dict[str, object]:
     """Members of the `Light` block that follow from the scene alone."""
-    sun, sky, post, phong = scene.sun, scene.sky, scene.post, scene.phong or Phong()
+    sun, sky, post, fog, phong = scene.sun, scene.sky, scene.post, scene.fog or Fog(), scene.phong or Phong()
     return {
         "to_sun": (*to_sun(scene), 0.0),
         "sun_outside": (*(_SUN * sun.strength), 0.0),
@@ -63,6 +70,12 @@ def light_values(scene: Scene) -> dict[str, object]:
         "cloud_shadows": sky.cloud_shadows,
         "cloud_scale": _cloud_scale(scene),
         "sky_strength": sky.strength,
+        "fog_away": (*linear(fog.away), 0.0),
+        "fog_towards": (*linear(fog.towards), 0.0),
+        "fog_per_m": fog.density_per_m if scene.fog else 0.0,
+        "fog_level_m": fog.level_m,
+        "fog_scale_m": fog.scale_m,
+        "fog_sharpness": fog.sharpness,
         "exposure_ev": post.exposure_ev,
         "saturation": post.saturation,
         "vignette": post.vignette,

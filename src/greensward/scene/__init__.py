@@ -10,7 +10,7 @@ from greensward.scene.flowers import Flowers
 from greensward.scene.force import Footprints, ForceMap, Stamp, Tracks
 from greensward.scene.grass import Grass
 from greensward.scene.ground import EndlessGround, FlatGround, HeightMapGround, NoGround, NoiseGround
-from greensward.scene.light import Camera, Phong, Post, Sky, Sun
+from greensward.scene.light import Camera, Fog, Phong, Post, Sky, Sun
 from greensward.scene.objects import Box, Capsule, Cylinder, Fur, Mesh, Path, Sphere
 from greensward.scene.scene import Scene
 from greensward.scene.water import Water
@@ -43,6 +43,7 @@ __all__ = [
     "Fence",
     "FlatGround",
     "Flowers",
+    "Fog",
     "Footprints",
     "ForceMap",
     "Fur",

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from greensward.scene.base import Count, Flag, Many, Model, Number, OptionalPair, Point, default
+from greensward.scene.base import Colour, Count, Flag, Many, Model, Number, OptionalPair, Point, default
 
 
 class Sun(Model):
@@ -62,6 +62,23 @@ class Sky(Model):
             if self.overcast == 1.0:
                 raise ValueError("cloud_shadows needs a sun, and overcast must be below 1 for it (got 1)")
         return self
+
+
+class Fog(Model):
+    """Fog that thins with height, tinted towards the sun (Derstroff, "Realtime grass", section 3.3)."""
+
+    density_per_m: Number = Field(default=0.02, ge=0, le=10)
+    """Extinction of a metre of it at `level_m`: what is 1 / `density_per_m` away keeps 37 % of its light."""
+    level_m: Number = Field(default=0.0, ge=-1e5, le=1e5)
+    """Height, as the ground's heights are counted, at which it has this density."""
+    scale_m: Number = Field(default=20.0, ge=0.1, le=1e6)
+    """Height over which its density falls to 37 %."""
+    away: Colour = "#c0cddd"
+    """Its colour away from the sun."""
+    towards: Colour = "#ffe3ad"
+    """Its colour in the direction of the sun."""
+    sharpness: Number = Field(default=8.0, ge=0, le=1000)
+    """Exponent of the tint: the higher it is, the smaller the part that is tinted by the sun."""
 
 
 _Coefficient = Annotated[Number, Field(ge=0, le=1)]

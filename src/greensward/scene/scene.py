@@ -14,7 +14,7 @@ from greensward.scene.flowers import MOST_FLOWERS, MOST_PLANTS, Flowers
 from greensward.scene.force import MOST_FORCES, Force
 from greensward.scene.grass import MOST_SPECIES, Grass
 from greensward.scene.ground import FlatGround, Ground
-from greensward.scene.light import Camera, Phong, Post, Sky, Sun
+from greensward.scene.light import Camera, Fog, Phong, Post, Sky, Sun
 from greensward.scene.objects import MOST_OBJECTS, Object
 from greensward.scene.raster import Raster
 from greensward.scene.water import Water
@@ -63,6 +63,8 @@ class Scene(Model):
     """The sun."""
     sky: Sky = Sky()
     """The atmosphere."""
+    fog: Fog | None = None
+    """Fog. Without it, only the haze of the atmosphere lies in the distance."""
     phong: Phong | None = None
     """Phong's reflection model. Without it, leaves scatter, shine and let light through as they do in nature."""
     shadows: Shadows = Shadows()

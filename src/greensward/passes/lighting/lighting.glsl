@@ -95,7 +95,7 @@ float leafAreaAt(vec2 xz) {
 bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     vec3 ray = normalize(rayThrough(pixel));
     if (classAt(pixel) == CLASS_SKY) {
-        result[0] = vec4(skyRadiance(ray), 1.0);
+        result[0] = vec4(skyFrom(view.camera_ws.y, ray), 1.0);
         return true;
     }
     vec3 p = worldAt(pixel);
@@ -133,6 +133,6 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     float away = depthAt(pixel) * length(rayThrough(pixel));
     // Jahrmann & Wimmer 2013, section 6.4: a penalty on the material with distance
     if (classAt(pixel) != CLASS_OBJECT) colour *= 1.0 - light.darkening * min(away / light.darkening_m, 1.0);
-    result[0] = vec4(throughAir(colour, ray, away), 1.0);
+    result[0] = vec4(throughAir(colour, p, ray, away), 1.0);
     return true;
 }

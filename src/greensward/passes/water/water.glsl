@@ -37,7 +37,7 @@ float fresnel(float cosine) { return F0 + (1.0 - F0) * pow(1.0 - clamp(cosine, 0
 float clear(float path_m) { return exp(-path_m / water.clarity_m); }
 
 vec3 mirroredAt(ivec2 pixel, vec3 at, vec3 towards) {
-    if (water.reflects == 0) return skyRadiance(vec3(towards.x, abs(towards.y), towards.z));
+    if (water.reflects == 0) return skyFrom(at.y, vec3(towards.x, abs(towards.y), towards.z));
     // what a ripple shows lies about as far away as what a mirror would show here
     vec2 uv = (vec2(pixel) + 0.5) * view.size_px.zw;
     float away = depthOf(texelFetch(mirrored_surface, ivec2(uv * vec2(textureSize(mirrored_surface, 0))), 0).rg);
@@ -82,7 +82,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     if (isinf(through)) bottom = vec3(0.0);
 
     vec3 sun = light.sun_here.rgb * max(light.to_sun.y, 0.0);
-    vec3 deep = throughAir(water.colour.rgb / PI * (skyIrradiance(vec3(0.0, 1.0, 0.0)) + sun), direction, t * length(ray));
+    vec3 deep = throughAir(water.colour.rgb / PI * (skyIrradiance(vec3(0.0, 1.0, 0.0)) + sun), at, direction, t * length(ray));
     vec3 seen = mix(deep, bottom, clear(through));
     float shore = smoothstep(0.0, 0.12, through);
     result[0].rgb = mix(seen, mirroredAt(pixel, at, towards), fresnel(-dot(direction, normal)) * shore);
