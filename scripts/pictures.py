@@ -458,6 +458,23 @@ def fog(size: Size, samples: int) -> Picture:
     return draw(gs.load("meadow", overrides={"fog": {"scale_m": 6.0}}), size, samples).image
 
 
+def bloom(size: Size, samples: int) -> Picture:
+    """The meadow towards a low sun, without bloom and with it."""
+    shots = []
+    for strength in (0.0, 0.3):
+        scene = gs.load("meadow", overrides={"sun.elevation_deg": 11, "post.bloom": strength})
+        to_sun = gs.Renderer(scene, size=(16, 9)).light().to_sun
+        camera = scene.camera.model_copy(update={"target_m": ahead_of_sun(scene, to_sun)})
+        shots.append(labelled(draw(scene, size, samples, camera=camera).image, f"bloom = {strength:g}"))
+    return sheet(shots, 2)
+
+
+def ahead_of_sun(scene: gs.Scene, to_sun: npt.NDArray[np.float64]) -> tuple[float, float, float]:
+    """A point before a scene's camera, somewhat below the sun."""
+    x, y, z = scene.camera.position_m
+    return x + 20.0 * float(to_sun[0]), y + 1.6, z + 20.0 * float(to_sun[2])
+
+
 def clearing(size: Size, samples: int) -> Picture:
     """A road, a fence beside it, and a house that keeps its feet clear."""
     road = ((-5.0, 30.0), (-1.0, 8.0), (2.5, -4.0), (1.0, -18.0), (-8.0, -40.0))
@@ -664,6 +681,7 @@ PICTURES: dict[str, tuple[Callable[[Size, int], Picture], Size, int]] = {
     "clearing.webp": (clearing, (800, 450), 16),
     "embed.jpg": (embed, (960, 540), 16),
     "lenses.webp": (lenses, (400, 240), 16),
+    "bloom.webp": (bloom, (560, 315), 8),
     "fog.webp": (fog, (1120, 630), 16),
     "weather.webp": (weather, (560, 315), 16),
     "hosts.webp": (hosts, (400, 225), 1),

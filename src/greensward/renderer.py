@@ -28,6 +28,7 @@ from greensward.ground import HeightField
 from greensward.lens import Lens, lens_key
 from greensward.library import as_scene
 from greensward.objects.placing import Placed, Script, placed_at, refuse_unknown
+from greensward.passes.bloom import Bloom
 from greensward.passes.blur import Blur
 from greensward.passes.gbuffer import BladePixels, GBuffer
 from greensward.passes.light import cloud_origin, sun_at_ground, to_sun
@@ -207,6 +208,8 @@ class Renderer:
             self._water = self._own(
                 WaterPass(device, bindings, scene, water, size, self._depth, stage) if water else None
             )
+            shines = scene.post.bloom > 0.0
+            self._bloom = self._own(Bloom(device, bindings, size, scene.post.bloom_size, stage) if shines else None)
             self._blur = self._own(Blur(device, bindings, size, stage) if scene.post.blur != "off" else None)
             self._post = self._own(Post(device, bindings, size, stage, averaged=not self.temporal))
             self._blit = self._own(Blit(device, bindings))
@@ -537,6 +540,8 @@ class Renderer:
             and before.camera.far_m == scene.camera.far_m
             and (before.phong is None) == (scene.phong is None)
             and (before.post.blur == "off") == (scene.post.blur == "off")
+            and (before.post.bloom > 0.0) == (scene.post.bloom > 0.0)
+            and before.post.bloom_size == scene.post.bloom_size
             and self._world.can_change(scene)
             and ("grass" not in differs or (self._colours_are_looked_up() and _same_but_colours(before, scene)))
         )
@@ -574,7 +579,7 @@ class Renderer:
         with self._use(), self._whole():
             self._fit(size)
             self._post.resize(size)
-            for part in (self._blur, *self._histories):
+            for part in (self._bloom, self._blur, *self._histories):
                 if part:
                     part.resize(size)
         self.size = size
@@ -640,6 +645,9 @@ class Renderer:
                     if self._blur:
                         with self.timers.measure("blur"):
                             light = self._blur.run(light)
+                    if self._bloom:
+                        with self.timers.measure("bloom"):
+                            light = self._bloom.run(light)
                     with self.timers.measure("post"):
                         picture = self._post.accumulate(light, sample, look)
                     if progress is not None:

@@ -139,7 +139,8 @@ _TABLES = {
     },
     "post": {
         "exposure_ev": 1.0, "tone_map": "linear", "saturation": 0.3, "vignette": 0.9, "blur": "average",
-        "blur_near_m": 6.0, "darkening": 0.9, "darkening_m": 20.0,
+        "blur_near_m": 6.0, "darkening": 0.9, "darkening_m": 20.0, "bloom": 0.5, "bloom_threshold": 0.2,
+        "bloom_size": 0.1,
     },
 }  # fmt: skip
 _MODELS = {"sowing": Sowing, "growth": Growth, "simulation": Simulation, "shadows": Shadows, "post": Post}
@@ -155,6 +156,8 @@ _MATTERS_WITH = {
     "furthest_m": {"cascades": 2},
     "blur_near_m": {"blur": "gaussian"},
     "darkening_m": {"darkening": 0.9},
+    "bloom_threshold": {"bloom": 0.5},
+    "bloom_size": {"bloom": 0.5},
 }
 _NOT_SEEN = {"stored_m"}
 """Where the blades come from; they are the same."""

@@ -188,6 +188,12 @@ class Post(Model):
     """Saturation of colours: 1 leaves them as they are, 0 is grey."""
     vignette: Number = Field(default=0.15, ge=0, le=1)
     """Darkening towards the corners."""
+    bloom: Number = Field(default=0.0, ge=0, le=10)
+    """Part of the light of bright pixels that the lens spreads over those around them; 0 is none."""
+    bloom_threshold: Number = Field(default=1.0, ge=0, le=1000)
+    """Luminance after exposure from which a pixel is bright; 1 is about the white of a sunlit cloud."""
+    bloom_size: Number = Field(default=0.02, ge=0.001, le=0.2)
+    """Standard deviation of the spread, as a part of the picture's height."""
     blur: Literal["off", "average", "gaussian"] = "off"
     """Blur of distant pixels, seven by seven wide (Jahrmann & Wimmer 2013); much nearer ones do not spread."""
     blur_near_m: Number = Field(default=2.0, ge=0.001, le=1000)
