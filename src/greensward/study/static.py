@@ -21,7 +21,7 @@ _ORDERS = 256
 """Orders that are made beforehand; each visitor gets one of them at random."""
 _WORDS = (
     *("progress", "required", "not_offered", "arrived", "not_arrived", "refused", "sending"),
-    "not_deleted",
+    *("not_deleted", "no_connection"),
 )
 
 

@@ -214,7 +214,7 @@
     const current = state();
     const words = refusal ? `${data.words.refused} ${refusal}` : current?.arrived ? data.words.arrived : data.words.not_arrived;
     document.querySelector(".arrival").textContent = words;
-    for (const status of document.querySelectorAll("form .sending")) status.textContent = refusal ? words : "";
+    for (const status of document.querySelectorAll("form.stage .sending")) status.textContent = refusal ? words : "";
   }
 
   function letters(count) {
@@ -227,17 +227,27 @@
   }
 
   async function begin() {
-    const [random] = crypto.getRandomValues(new Uint32Array(1));
-    const code = letters(16).match(/.{4}/g).join("-");
-    keep({ code, seed: 1 + (random % data.orders), begun: new Date().toISOString(), answers: {}, arrived: true });
-    await prepareOrder();
-    go(0);
+    if (!state()) {
+      const [random] = crypto.getRandomValues(new Uint32Array(1));
+      const code = letters(16).match(/.{4}/g).join("-");
+      keep({ code, seed: 1 + (random % data.orders), begun: new Date().toISOString(), answers: {}, arrived: true });
+    }
+    await goOn(Infinity);
   }
 
+  async function goOn(wanted) {
+    if (!(await prepareOrder())) return;
+    show(wanted);
+    history.replaceState({ at }, "");
+    send();
+  }
+
+  // False without a connection; what was answered before is still there.
   async function prepareOrder() {
-    const reply = await fetch(`orders/${state().seed}.json`);
-    if (!reply.ok) throw new Error(`orders/${state().seed}.json is missing`);
-    order = await reply.json();
+    const reply = await fetch(`orders/${state().seed}.json`).catch(() => null);
+    if (reply?.ok) order = await reply.json();
+    partOf("start").querySelector(".sending").textContent = reply?.ok ? "" : data.words.no_connection;
+    return reply?.ok;
   }
 
   function go(wanted) {
@@ -285,10 +295,5 @@
   if (data.closes && new Date().toISOString().slice(0, 10) > data.closes) {
     document.querySelector(".closed").hidden = false;
     document.querySelector("form.begin").hidden = true;
-  } else if (state())
-    prepareOrder().then(() => {
-      show(history.state?.at ?? Infinity);
-      history.replaceState({ at }, "");
-      send();
-    });
+  } else if (state()) goOn(history.state?.at ?? Infinity);
 })();
