@@ -19,6 +19,7 @@ _DEFINES = {
     "COARSER": 2,
     "ALONG": "1, 0",
     "LINE": 4,
+    "BLOCK": 4,
 }
 _GENERATED = {
     "culling/width": '#include "techniques/blades/width.glsl"',

@@ -8,7 +8,6 @@ from greensward.gpu.full_screen import FullScreenPass
 from greensward.gpu.kernels import Bindings
 
 _PATH = "passes/bloom/bloom.glsl"
-_STEPS = {"BRIGHT": 0, "SPREAD": 1, "ADD": 2}
 _BLOCK = 4
 """Pixels of the picture along an edge of a texel that is spread."""
 _LEAST_SIGMA_PX = 0.5
@@ -23,7 +22,7 @@ class Bloom:
         self._ctx, self._size_part = device.ctx, size_part
 
         def step(name: str, dtype: str, along: str = "0, 0") -> FullScreenPass:
-            defines = {**_STEPS, "STEP": _STEPS[name], "BLOCK": _BLOCK, "ALONG": along}
+            defines = {name: 1, "BLOCK": _BLOCK, "ALONG": along}
             return FullScreenPass(device, _PATH, [dtype], stage=stage, defines=defines, bindings=bindings)
 
         self._bright, self._add = step("BRIGHT", "f2"), step("ADD", "f2")

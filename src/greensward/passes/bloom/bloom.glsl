@@ -5,7 +5,7 @@
 
 uniform sampler2D radiance;
 
-#if STEP == BRIGHT
+#if defined(BRIGHT)
 const float BRIGHTEST = 16.0;  // of exposed light: the sun's disk would outshine all else
 
 // Bright light of a block of texels, exposed
@@ -26,7 +26,7 @@ bool shade(ivec2 pixel, out vec4 result[TARGETS]) {
     result[0] = vec4(bright(pixel * BLOCK, textureSize(radiance, 0)), 1.0);
     return true;
 }
-#elif STEP == SPREAD
+#elif defined(SPREAD)
 uniform float sigma_px;
 
 bool shade(ivec2 pixel, out vec4 result[TARGETS]) {

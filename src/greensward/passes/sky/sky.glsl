@@ -2,6 +2,7 @@
 #include "passes/sky/air.glsl"
 #include "shaders/noise.glsl"
 #include "layout/SkyLight"
+#include "layout/View"
 
 uniform sampler2D sky_table;
 
